@@ -62,6 +62,8 @@ class SpatialLooks:
     def plain(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;
         none where there is doubt. None: nor is the blob worth a longer look, for others would lead to the object."""
+        if not finder.is_plain:
+            return finder.surface.no_poses
         found = finder.plain_guesses(frame, blob)
         if not len(found):
             return None if finder.is_alike_throughout else found.poses

@@ -112,6 +112,12 @@ class WholeObjectFinder:
         components = range(len(self.target.model.components))
         return len(components) > 1 and all(self._lookalikes.leads_to(c) for c in components)
 
+    @property
+    def is_plain(self) -> bool:
+        """Whether a few guesses may be enough. Where sides meet, amid what looks like one of them there may be another:
+        one that holds part of a blob is as good as one that holds all of it until all are compared."""
+        return self._seeds is not None and not self._seeds.has_solids
+
     def warm_up(self, frame: ImageFrame, poses: Poses) -> None:
         """Have the compiled code that counts votes and climbs on them ready, by a step from some poses."""
         self.voter.total(self.voter.judge(frame, poses, occlusion=True))

@@ -26,7 +26,7 @@ from .view_bank import ViewBank
 class Seeds:
     """Guesses of one target's pose, from each blob of a class of its components.
 
-    :ivar labels: these classes.
+    :ivar labels: these classes. :ivar has_solids: whether markers meet at angles, see `solid_views`.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Seeds:
             for c in range(len(target.model.components))
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
-        self._has_solids = any(g.has_solids for g in self._guessers.values())
+        self.has_solids = any(g.has_solids for g in self._guessers.values())
         self._disc = _lone_disc(surface) if target.model.needs_another else ()
         self._sizes_m2 = {c: guesser.largest_m2 for c, guesser in self._guessers.items()}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
@@ -147,7 +147,7 @@ class Seeds:
         :param hidden: a marker that speaks against itself counts as hidden, at a price: of a component with markers on
             several sides another object may hide some, and of what is hidden others' pixels say nothing.
         """
-        patches, solid = self._patches_of(components, bodies), self._has_solids
+        patches, solid = self._patches_of(components, bodies), self.has_solids
         scores = self._surface.score(frame, poses, patches, occlusion=solid, rigid=solid)
         least = -self._hidden_cost * scores.area_px if hidden else -np.inf
         return np.asarray(np.maximum(scores.votes, least).sum(axis=1))

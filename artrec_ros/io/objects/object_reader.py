@@ -15,6 +15,7 @@ from ...core.model.identities import identities_of
 from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
+from .box_sides import rectangle, sides_of
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
 from .urdf import link_body
 
@@ -30,12 +31,12 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
         matter to the caller (training), so a class name that the file does not declare stays without a number.
     """
     top = load_yaml(path, FORMAT).fields(
-        required=("name", "markers", "components"), optional=("classes", "identities", "unique")
+        required=("name", "components"), optional=("markers", "classes", "identities", "unique")
     )
     classes = top["classes"].entries() if "classes" in top else {}
     own = {name: value.integer(1, GREATEST_LABEL) for name, value in classes.items()}
     labels = _Labels({**own, **(class_labels or {})}, strict=class_labels is not None)
-    shapes = _read_markers(top["markers"])
+    shapes = _read_markers(top["markers"]) if "markers" in top else {}
     read = (_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
     components = tuple(beneath_markers(component)[0] for component in read)
     identities = _read_identities(top["identities"]) if "identities" in top else ()
@@ -52,7 +53,7 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
 def cut_back(path: str | Path) -> list[str]:
     """The markers, COMPONENT/MARKER, to which `load_object` cuts bodies back."""
     top, labels = load_yaml(path, FORMAT).entries(), _Labels({}, strict=False)
-    shapes = _read_markers(top["markers"])
+    shapes = _read_markers(top["markers"]) if "markers" in top else {}
     read = [_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items()]
     return [f"{component.name}/{marker}" for component in read for marker in beneath_markers(component)[1]]
 
@@ -116,7 +117,7 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
             raise entry.error("axis: this key is missing; a polygon needs its axis: [[x, y] tail, [x, y] head]")
     elif found[0] == "rectangle":
         size = shape.fields(required=("width", "height"))
-        outline = _rectangle(*(size[k].number(high=_MOST_M, above=0) for k in ("width", "height")))
+        outline = rectangle(*(size[k].number(high=_MOST_M, above=0) for k in ("width", "height")))
     elif found[0] == "disc":
         radius = shape.fields(required=("radius",))["radius"].number(high=_MOST_M, above=0)
         outline = disc_outline(radius)
@@ -124,10 +125,6 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
         outline = _read_silhouette(shape)
     tail, head = _read_axis(given["axis"]) if "axis" in given else default_axis(outline)
     return outline, tail, head, radius
-
-
-def _rectangle(width_m: float, height_m: float) -> Array:
-    return np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]) * np.array([width_m, height_m]) / 2
 
 
 def _read_axis(value: Value) -> tuple[Array, Array]:
@@ -159,11 +156,19 @@ def _read_silhouette(value: Value) -> Array:
 
 
 def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], labels: _Labels) -> Component:
-    given = value.fields(required=("markers",), optional=("required", "label", "classes", "joint", "body"))
-    markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
+    given = value.fields(optional=("markers", "box", "required", "label", "classes", "joint", "body"))
+    bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
+    if "box" in given:
+        if also := [key for key in ("markers", "body") if key in given]:
+            raise given[also[0]].error("a component that is a box of one colour has neither markers nor a body")
+        bodies = (_read_box(given["box"]),)
+        markers = sides_of(bodies[0])
+    elif "markers" in given:
+        markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
+    else:
+        raise value.error("markers: this key is missing; a component has markers, or is a box of one colour (box)")
     if not markers:
         raise given["markers"].error("a component needs a marker or more that can show it")
-    bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
     required = given["required"].boolean() if "required" in given else False
     label = labels.resolve(given["label"]) if "label" in given else None
     classes = _read_classes(given["classes"], labels) if "classes" in given else {}

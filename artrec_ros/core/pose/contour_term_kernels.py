@@ -84,11 +84,11 @@ def leave_out_hidden(shown: Any, h: int, k: int, weight: Any) -> None:
 
 
 @inlined
-def leave_out_inner(s: Surface, k: int, P: Any, q: Any, weight: Any, room: EdgeRoom) -> None:
+def leave_out_inner(s: Surface, k: int, P: Any, q: Any, view: LabelView, weight: Any, room: EdgeRoom) -> None:
     """Take their say from the points at which marker `k` goes on in another side of its class, see `find_inner`."""
     if s.has_meets[k]:
         inner = room.flags[0]  # what stood there, the edges are found with
-        find_inner(s, k, P, q, inner)
+        find_inner(s, k, P, q, view, inner)
         for i in range(len(weight)):
             weight[i] = 0.0 if inner[i] else weight[i]
 
@@ -115,7 +115,7 @@ def add_contours(
         outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
         find_edges(k, e, step, view, room)
         leave_out_hidden(term.shown, h, k, weight)
-        leave_out_inner(s, k, P, q, weight, room)
+        leave_out_inner(s, k, P, q, view, weight, room)
         fill_rows(s, k, P, q, placed, columns, n, view, room.outline, room.rows)
         points, off = 0.0, 0.0
         for i in range(len(weight)):
@@ -178,7 +178,7 @@ def contour_rows(
         outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
         find_edges(k, term.edges, 0, term.seen, room)
         leave_out_hidden(term.shown, h, k, room.weight)
-        leave_out_inner(s, k, P, q, room.weight, room)
+        leave_out_inner(s, k, P, q, term.seen, room.weight, room)
         fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
         spacing_px[k] = 0.0
         for i in range(m):

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import LANES, inlined, jit
-from ..geometry.pixel_kernels import turned
+from ..geometry.pixel_kernels import LabelView, turned
 
 NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
 MOST_LENGTH, MOST_WEIGHT = 2.0, 8.0  # at half the depth of a patch's middle: what is nearer lies outside the image
+LEAST_STRIP_PX = 1.0  # of what shows less, where it ends and where it begins are one edge
 LEAST_DEPTH_M = 0.02  # what is nearer, or behind the camera, has no place in the image to speak of
 
 
@@ -161,16 +162,17 @@ def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, flo
 
 
 @inlined
-def find_inner(s: Surface, k: int, A: Any, b: Any, inner: Any) -> None:
-    """Fill inner (m,) with 1 where the contour of marker `k` meets one of its class that faces the camera, too: there
-    the class does not end. Else 0.
+def find_inner(s: Surface, k: int, A: Any, b: Any, view: LabelView, inner: Any) -> None:
+    """Fill inner (m,) with 1 where the contour of marker `k` meets one of its component that the camera sees, too:
+    there the class does not end. Else 0.
 
     :param A, b: the frame of both.
     """
-    last, faces = -1, False
+    last, seen = -1, False
     for i in range(len(inner)):
         j = s.meets[k, i]
         if j >= 0 and j != last:
-            cosine, _, _, _ = aspect(s, s.patch_of[j], A, b)
-            last, faces = j, cosine > 0.0
-        inner[i] = 1 if j >= 0 and faces else 0
+            cosine, _, _, depth = aspect(s, s.patch_of[j], A, b)
+            deep_px = math.sqrt(s.area[s.patch_of[j]]) * cosine * view.K[0, 0] / max(depth, LEAST_DEPTH_M)
+            last, seen = j, deep_px > LEAST_STRIP_PX
+        inner[i] = 1 if j >= 0 and seen else 0

@@ -64,7 +64,7 @@ def ring_votes(
         inner[i] = padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)
     meets, goes_on = s.has_meets[k], room.inner
     if meets:
-        find_inner(s, k, A, b, goes_on)
+        find_inner(s, k, A, b, view, goes_on)
     for i in range(m):
         if cut and room.hidden[i]:
             continue

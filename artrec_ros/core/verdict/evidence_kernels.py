@@ -88,7 +88,7 @@ def along_outline(
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     votes, seen, amid, known, meets, goes_on = 0.0, 0, 0.0, 0, s.has_meets[k], room.inner
     if meets:
-        find_inner(s, k, A, b, goes_on)
+        find_inner(s, k, A, b, view, goes_on)
     for i in range(len(u)):
         beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
         within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]

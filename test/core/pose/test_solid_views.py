@@ -1,0 +1,130 @@
+"""Boxes of one colour: sides that meet, seen together as one blob."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from settings import DEFAULTS
+from solids import BLUE, RED, camera_of, marker, render, turn_between
+
+from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.polygons import signed_area
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.pose_fit import contour_fit
+from artrec_ros.core.pose.solid_views import solids_of
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.objects.box_sides import sides_of
+
+CAMERA = camera_of((640, 480), 600.0)
+SIZE = np.array([0.16, 0.10, 0.05])
+FROM_ABOVE = np.array([[0, 1, 0], [0.6, 0, -0.8], [-0.8, 0, -0.6]], float)  # shows a box's front and top
+
+
+def brick(label=None, cab=None, **more):
+    """A box of one colour, with a smaller one on it of another class."""
+    box = Box(Pose.identity(), SIZE)
+    parts = [Component("brick", sides_of(box), required=True, bodies=(box,), body_label=label)]
+    if cab is not None:
+        top = Box(Pose.from_xyz_rpy((-0.03, 0, 0.0501)), np.array([0.06, 0.08, 0.05]))
+        parts.append(Component("cab", sides_of(top), label=cab, bodies=(top,), **more))
+    return ObjectModel("brick", tuple(parts))
+
+
+def at(turn=(0.0, 0.0, 0.0), t=(0.02, -0.03, 1.0)):
+    """One hypothesis of the box from above its front, turned by a rotation vector in its own frame."""
+    return Poses((FROM_ABOVE @ rotation_from_rotvec(turn))[None], np.array([t]), np.zeros((1, 0)))
+
+
+def recognized(model, poses, **options):
+    config = RecognizerConfig(time_budget_ms=60000.0, **options)
+    labels = render(CAMERA, [(model, p, RED) for p in poses])
+    return Recognizer([Target("brick", model, RED)], config, Segmenter(ImageConfig())).recognize(labels, CAMERA)
+
+
+def test_a_view_shows_as_much_as_its_sides_turn_to_it():
+    surface = SpatialModel(brick(), RED, DEFAULTS.votes)
+    (solid,) = solids_of(surface, 0, DEFAULTS.guesses)
+    sides = SIZE.prod() / SIZE
+    shown = np.abs(solid.flips[0, :, 2]) @ sides  # the third row is the line of sight
+    areas = np.array([abs(signed_area(v.outline)) for v in solid.views])
+    assert len(solid.views) > 0.8 * DEFAULTS.guesses.solid_directions
+    np.testing.assert_allclose(areas, shown, rtol=0.04)
+    np.testing.assert_allclose(solid.centre, 0.0, atol=1e-9)
+
+
+def test_what_is_rigid_to_it_lies_before_it_in_its_views():
+    plain = SpatialModel(brick(), RED, DEFAULTS.votes)
+    topped = SpatialModel(brick(cab=BLUE), RED, DEFAULTS.votes)
+    same = SpatialModel(brick(cab=RED), RED, DEFAULTS.votes)
+    total = [sum(v.area for v in solids_of(surface, 0, DEFAULTS.guesses)[0].views) for surface in (topped, plain, same)]
+    assert total[0] < 0.97 * total[1] < total[1] < 0.97 * total[2]
+
+
+def test_what_a_joint_moves_lies_nowhere_in_its_views():
+    joint = Joint("brick", Pose.from_xyz_rpy((-0.03, 0, 0.0501)), np.array([0.0, 0, 1]), -1.0, 1.0)
+    plain, moved = (SpatialModel(model, RED, DEFAULTS.votes) for model in (brick(), brick(cab=BLUE, joint=joint)))
+    areas = [[v.area for v in solids_of(surface, 0, DEFAULTS.guesses)[0].views] for surface in (plain, moved)]
+    np.testing.assert_array_equal(*areas)
+
+
+def test_sides_that_do_not_meet_are_none_of_it():
+    box, apart = Box(Pose.identity(), SIZE), Box(Pose.identity(), SIZE * 0.8)
+    small = [
+        marker(m.name, m.outline * 0.8, m.T_component_marker.rotation, full.T_component_marker.position)
+        for m, full in zip(sides_of(apart), sides_of(box), strict=True)
+    ]
+    model = ObjectModel("brick", (Component("brick", tuple(small), required=True, bodies=(box,)),))
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
+    assert not solids_of(surface, 0, DEFAULTS.guesses) and (surface.meeting < 0).all()
+
+
+def test_where_two_sides_in_view_meet_is_no_edge():
+    """Seen from above the front, the edge between front and top has no say; seen from the front alone all four have."""
+    model = brick()
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
+    names = [surface.patches[p].marker.name for p in surface.markers]
+    front, top = names.index("front"), names.index("top")
+    for turn, inner in (((0.0, 0.0, 0.0), True), ((0.0, -np.arccos(0.8), 0.0), False)):
+        pose = at(turn)
+        seen = ImageFrame(LabelField(render(CAMERA, [(model, pose, RED)])), CAMERA)
+        use = np.zeros((1, len(names)), bool)
+        use[0, front] = True
+        fit = contour_fit(surface, seen, pose, use, 3, DEFAULTS.fit)
+        meets_top = surface.meeting[front] == top
+        assert meets_top.sum() >= 5
+        assert (fit.weight[0, 0, meets_top] > 0).any() != inner
+        assert (fit.weight[0, 0, surface.meeting[front] == names.index("bottom")] > 0).mean() > 0.8
+
+
+@pytest.mark.parametrize("label", [None, RED])
+def test_a_box_of_one_colour_is_found_as_it_lies(label):
+    """Where two and three of its sides are seen; its body's class is its own, or not told."""
+    turns = [(0.0, 0.0, 0.7), (0.0, 0.0, 1.2), (0.3, 0.2, -0.5), (0.0, 0.0, 0.0)]
+    for turn in turns:
+        pose = at(turn)
+        (one,) = recognized(brick(label), [pose]).detections
+        assert np.linalg.norm(one.pose.position - pose.t[0]) < 0.012
+        halves = [pose.R[0] @ rotation_from_rotvec(np.pi * axis) for axis in (np.zeros(3), *np.eye(3))]
+        assert min(turn_between(one.pose.rotation, half) for half in halves) < np.radians(3)
+
+
+def test_which_end_it_is_another_class_tells():
+    """The box alone looks the same after half a turn; with the cab on it it does not."""
+    for heading in np.linspace(-3, 3, 9):
+        pose = at((0.0, 0.0, heading))
+        (one,) = recognized(brick(cab=BLUE), [pose]).detections
+        assert turn_between(one.pose.rotation, pose.R[0]) < np.radians(3)
+        assert {c.component for c in one.components} == {"brick", "cab"}
+
+
+def test_a_covered_body_of_no_class_is_no_seam():
+    (whole,) = brick().components
+    open_below = ObjectModel("brick", (replace(whole, markers=whole.markers[:5]),))
+    assert not Target("brick", brick(), RED).on_bodies
+    assert Target("brick", open_below, RED).on_bodies == {RED}

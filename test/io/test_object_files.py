@@ -17,6 +17,7 @@ from changes import changed
 
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.model.surface import is_on_unknown, patches_of
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml
 
@@ -101,7 +102,7 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
         ("markers/dot/disc/radius", 1e200, ("disc.radius", "greatest value 1000")),
         ("components/arm/joint/axis", [1e308, 0, 0], ("joint.axis[0]", "greatest value")),
         ("components/arm/joint/limits", [-1e308, 1e308], ("joint.limits[0]", "least value")),
-        ("markers", None, ("markers", "missing")),
+        ("markers", None, ("components.base.markers.flag", "known: none")),
         ("components", {}, ("components", "exactly one")),
         ("markers/flag/outline", BOW, ("markers.flag.outline", "crosses itself", "point 0", "point 2")),
         ("markers/flag/outline", [[0, 0], [1, 0]], ("markers.flag.outline", "3 points")),
@@ -262,3 +263,50 @@ def test_a_fine_outline_is_read_at_once_and_one_too_fine_is_refused(tmp_path: Pa
     assert shape.area_m2 == pytest.approx(np.pi * (0.1**2 + 0.01**2 / 2), rel=1e-3)
     with pytest.raises(ConfigError, match=r"markers.flag.outline: has 8001 points, more than 5000"):
         load_object(_write(tmp_path, changed(GOOD, "markers/flag/outline", [[float(x), 0.0] for x in range(8001)])))
+
+
+BOX = {"label": 4, "box": {"size": [0.2, 0.1, 0.06], "xyz": [0, 0, 0.03]}}
+
+
+def test_a_box_of_one_colour_has_its_six_sides_for_markers(tmp_path: Path) -> None:
+    """Each faces away from the middle, and all together cover its body."""
+    content = {"format": "artrec_object/1", "name": "toy", "components": {"base": {"required": True, **BOX}}}
+    model = load_object(_write(tmp_path, content), {})
+    (base,), size = model.components, np.array([0.2, 0.1, 0.06])
+    assert [m.name for m in base.markers] == ["front", "back", "left", "right", "top", "bottom"]
+    for m, axis in zip(base.markers, (0, 0, 1, 1, 2, 2), strict=True):
+        T = m.T_component_marker
+        assert T is not None
+        out = T.position - (0, 0, 0.03)
+        np.testing.assert_allclose(T.rotation[:, 2] * size[axis] / 2, out, atol=1e-12)
+        assert m.area == pytest.approx(size.prod() / size[axis])
+    assert len(base.bodies) == 1 and base.body_label is None and is_on_unknown(patches_of(model, 4)) is False
+    front, top = base.markers[0], base.markers[4]
+    assert front.T_component_marker is not None and top.T_component_marker is not None
+    np.testing.assert_array_equal(front.T_component_marker.rotation[:, 1], (0, 0, 1))  # up, as one looks at it
+    np.testing.assert_array_equal(top.T_component_marker.rotation[:, 1], (0, 1, 0))
+    again = tmp_path / "again.yaml"
+    again.write_text(object_yaml(model))
+    assert object_yaml(load_object(again, {})) == object_yaml(model)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"markers": {"dot": {"pose": {}}}}, "base.markers: a component that is a box of one colour has neither"),
+        ({"body": {"boxes": [{"size": [1, 1, 1]}]}}, "base.body: a component that is a box of one colour has neither"),
+        ({"box": {"size": [0.2, 0.1]}}, "base.box.size: needs 3 numbers"),
+        ({"box": {"sise": [0.2, 0.1, 1]}}, "did you mean 'size'"),
+    ],
+)
+def test_what_is_wrong_with_a_box_is_named(tmp_path: Path, change: dict[str, Any], said: str) -> None:
+    base = {"required": True, **BOX, **change}
+    content = {**GOOD, "components": {"base": base, "arm": GOOD["components"]["arm"]}}
+    with pytest.raises(ConfigError, match=re.escape(said)):
+        load_object(_write(tmp_path, content), {})
+
+
+def test_a_component_without_markers_is_told_what_it_may_have(tmp_path: Path) -> None:
+    content = {"format": "artrec_object/1", "name": "toy", "components": {"base": {"required": True, "label": 4}}}
+    with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*box of one colour"):
+        load_object(_write(tmp_path, content), {})

@@ -104,8 +104,8 @@ def test_sides_from_which_the_required_component_is_out_of_sight_are_named(tmp_p
 
 
 @pytest.mark.parametrize(("side", "label", "said"), [(0.06, 1, True), (0.054, 1, False), (0.06, 2, False)])
-def test_sides_of_one_class_that_meet_are_named(tmp_path, side, label, said):
-    """Around a corner they are one blob: of drawn crates .68 were found, with a gap all."""
+def test_sides_of_one_class_that_meet_are_to_be_one_components(tmp_path, side, label, said):
+    """Around a corner they are one blob, in which each of them seems to bear out the others."""
     text = f"""
 format: artrec_object/1
 name: box
@@ -120,8 +120,35 @@ components:
     markers: {{left: {{marker: side, pose: {{xyz: [0, 0.03, 0], x_axis: [-1, 0, 0], y_axis: [0, 0, 1]}}}}}}
 """
     (path := tmp_path / "box.yaml").write_text(text)
-    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "adjoin" in n]
-    assert len(told) == said and all(line.startswith("warning: front/side, left/left adjoin") for line in told)
+    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "one component" in n]
+    assert len(told) == said
+    assert all(n.startswith("warning: front/side, left/left are sides of one class that meet") for n in told)
+    one = text.replace(f"  left:\n    label: {label}\n    markers: {{left", "      left").replace(
+        ": {side: {pose", ":\n      side: {pose", 1
+    )
+    one = one.replace("[0, 0, 1]}}}\n", "[0, 0, 1]}}\n")
+    path.write_text(one)
+    assert len(load_object(path, {}).components) == 1
+    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "meet" in n or "adjoin" in n]
+
+
+@pytest.mark.parametrize(("size", "said"), [(0.06, False), (0.05, True)])
+def test_markers_that_cover_a_body_of_their_own_class_can_be_seen(tmp_path, size, said):
+    """A box of one colour; on more of their colour they cannot."""
+    text = f"""
+format: artrec_object/1
+name: box
+markers: {{side: {{rectangle: {{width: {size}, height: {size}}}}}}}
+components:
+  box:
+    required: true
+    label: 1
+    markers: {{side: {{pose: {{xyz: [0.0301, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}}}
+    body: {{label: 1, boxes: [{{size: [0.06, 0.06, 0.06]}}]}}
+"""
+    (path := tmp_path / "box.yaml").write_text(text)
+    lines = advice(find_ambiguities(load_object(path, {})), None, None)
+    assert any("cannot be seen on it" in line for line in lines) == said
 
 
 BOARD = """

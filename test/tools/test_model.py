@@ -151,6 +151,27 @@ components:
     assert any("cannot be seen on it" in line for line in lines) == said
 
 
+def test_markers_of_one_component_that_are_seen_at_once_are_named(tmp_path):
+    """A board of squares is found by all of them where each is a component."""
+    text = """
+format: artrec_object/1
+name: board
+markers: {square: {rectangle: {width: 0.05, height: 0.05}}}
+components:
+  board:
+    required: true
+    markers:
+      a: {marker: square, pose: {xyz: [0, 0, 0]}}
+      b: {marker: square, pose: {xyz: [0.1, 0, 0]}}
+      back: {marker: square, pose: {xyz: [0.1, 0, -0.01], x_axis: [-1, 0, 0], y_axis: [0, 1, 0]}}
+"""
+    (path := tmp_path / "board.yaml").write_text(text)
+    (told,) = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
+    assert told.startswith("warning: board/a, board/b are of one component")
+    path.write_text(text.replace("      b: {", "  other:\n    markers:\n      b: {"))
+    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
+
+
 BOARD = """
 format: artrec_object/1
 name: board

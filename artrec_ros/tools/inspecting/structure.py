@@ -18,6 +18,7 @@ _SAMPLES = 96  # of an outline
 _TOUCHING = 0.05  # of the root of a marker's area: who is so near
 _ALONG = 0.08  # along such a share of its outline, adjoins
 _BACK_TO_BACK = -0.7  # cosine: who face more away from each other are not seen together
+_ONE_WAY = 0.7  # cosine: who face so nearly one way are mostly seen together
 _ASIDE = 0.5  # cosine: a marker turned farther than that from all others may be seen without them
 
 
@@ -47,6 +48,11 @@ def structure(model: ObjectModel) -> Iterator[str]:
         yield (
             f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
             "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
+        )
+    if together := _seen_together(model):
+        yield (
+            f"warning: {shortened(together)} are of one component and seen at once, but one at a time counts: make each "
+            "a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each other out"
         )
     if model.is_flat:
         return
@@ -125,6 +131,17 @@ def _off(points: Array, outline: Array) -> Array:
     reach = ((points[:, None] - outline) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-18)
     nearest = outline + np.clip(reach, 0.0, 1.0)[..., None] * along
     return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1), np.float64)
+
+
+def _seen_together(model: ObjectModel) -> list[str]:
+    """Markers that face the way another one of their component faces and do not meet it."""
+    known = _placed(model)
+    pairs = [
+        (a, b)
+        for a, b in combinations(known, 2)
+        if a.component == b.component and a.normal @ b.normal > _ONE_WAY and not _meet(a, b)
+    ]
+    return list(dict.fromkeys(m.name for pair in pairs for m in pair))
 
 
 def _on_other_sides(model: ObjectModel) -> list[str]:

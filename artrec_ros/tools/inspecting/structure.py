@@ -51,8 +51,9 @@ def structure(model: ObjectModel) -> Iterator[str]:
         )
     if together := _seen_together(model):
         yield (
-            f"warning: {shortened(together)} are of one component and seen at once, but one at a time counts: make each "
-            "a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each other out"
+            f"warning: {shortened(together)} are of one component and seen at once, but one at a time counts: make "
+            "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
+            "other out"
         )
     if model.is_flat:
         return

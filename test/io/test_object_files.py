@@ -293,8 +293,8 @@ def test_a_box_of_one_colour_has_its_six_sides_for_markers(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        ({"markers": {"dot": {"pose": {}}}}, "base.markers: a component that is a box of one colour has neither"),
-        ({"body": {"boxes": [{"size": [1, 1, 1]}]}}, "base.body: a component that is a box of one colour has neither"),
+        ({"markers": {"dot": {"pose": {}}}}, "base.markers: a component that is a box of one colour is nothing"),
+        ({"body": {"boxes": [{"size": [1, 1, 1]}]}}, "base.body: a component that is a box of one colour is nothing"),
         ({"box": {"size": [0.2, 0.1]}}, "base.box.size: needs 3 numbers"),
         ({"box": {"sise": [0.2, 0.1, 1]}}, "did you mean 'size'"),
     ],
@@ -308,5 +308,5 @@ def test_what_is_wrong_with_a_box_is_named(tmp_path: Path, change: dict[str, Any
 
 def test_a_component_without_markers_is_told_what_it_may_have(tmp_path: Path) -> None:
     content = {"format": "artrec_object/1", "name": "toy", "components": {"base": {"required": True, "label": 4}}}
-    with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*box of one colour"):
+    with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*a cylinder of one colour"):
         load_object(_write(tmp_path, content), {})

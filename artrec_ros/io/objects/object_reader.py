@@ -15,8 +15,8 @@ from ...core.model.identities import identities_of
 from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
-from .box_sides import rectangle, sides_of
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
+from .solids import Solid, box_solid, cylinder_solid, rectangle
 from .urdf import link_body
 
 FORMAT = "artrec_object/1"
@@ -156,17 +156,18 @@ def _read_silhouette(value: Value) -> Array:
 
 
 def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], labels: _Labels) -> Component:
-    given = value.fields(optional=("markers", "box", "required", "label", "classes", "joint", "body"))
+    given = value.fields(optional=("markers", *_SOLIDS, "required", "label", "classes", "joint", "body"))
     bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
-    if "box" in given:
-        if also := [key for key in ("markers", "body") if key in given]:
-            raise given[also[0]].error("a component that is a box of one colour has neither markers nor a body")
-        bodies = (_read_box(given["box"]),)
-        markers = sides_of(bodies[0])
+    if solid := [key for key in _SOLIDS if key in given]:
+        if also := [key for key in (*solid[1:], "markers", "body") if key in given]:
+            raise given[also[0]].error(f"a component that is a {solid[0]} of one colour is nothing else beside that")
+        markers, bodies = _SOLIDS[solid[0]](given[solid[0]])
     elif "markers" in given:
         markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
     else:
-        raise value.error("markers: this key is missing; a component has markers, or is a box of one colour (box)")
+        raise value.error(
+            "markers: this key is missing; a component has markers, or is a box or a cylinder of one colour"
+        )
     if not markers:
         raise given["markers"].error("a component needs a marker or more that can show it")
     required = given["required"].boolean() if "required" in given else False
@@ -268,7 +269,26 @@ def _read_box(value: Value) -> Box:
     size = np.array([v.number(high=_MOST_M, above=0) for v in given["size"].items()])
     if len(size) != 3:
         raise given["size"].error(f"needs 3 numbers, has {len(size)}")
-    return Box(_read_pose(Value(value.file, value.key, {k: v.raw for k, v in given.items() if k != "size"})), size)
+    return Box(_pose_of(value, given, "size"), size)
+
+
+def _read_solid_box(value: Value) -> Solid:
+    return box_solid(_read_box(value))
+
+
+def _read_solid_cylinder(value: Value) -> Solid:
+    given = value.fields(required=("radius", "length"), optional=("xyz", "rpy", "x_axis", "y_axis"))
+    radius, length = (given[key].number(high=_MOST_M, above=0) for key in ("radius", "length"))
+    return cylinder_solid(radius, length, _pose_of(value, given, "radius", "length"))
+
+
+# what a component of one colour may be
+_SOLIDS = {"box": _read_solid_box, "cylinder": _read_solid_cylinder}
+
+
+def _pose_of(value: Value, given: Mapping[str, Value], *others: str) -> Pose:
+    """The pose that stands among other keys."""
+    return _read_pose(Value(value.file, value.key, {k: v.raw for k, v in given.items() if k not in others}))
 
 
 def _read_urdf(value: Value) -> tuple[Box, ...]:

@@ -19,7 +19,7 @@ from artrec_ros.core.pose.pose_fit import contour_fit
 from artrec_ros.core.pose.solid_views import solids_of
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.objects.box_sides import sides_of
+from artrec_ros.io.objects.solids import box_solid
 
 CAMERA = camera_of((640, 480), 600.0)
 SIZE = np.array([0.16, 0.10, 0.05])
@@ -29,10 +29,10 @@ FROM_ABOVE = np.array([[0, 1, 0], [0.6, 0, -0.8], [-0.8, 0, -0.6]], float)  # sh
 def brick(label=None, cab=None, **more):
     """A box of one colour, with a smaller one on it of another class."""
     box = Box(Pose.identity(), SIZE)
-    parts = [Component("brick", sides_of(box), required=True, bodies=(box,), body_label=label)]
+    parts = [Component("brick", box_solid(box)[0], required=True, bodies=(box,), body_label=label)]
     if cab is not None:
         top = Box(Pose.from_xyz_rpy((-0.03, 0, 0.0501)), np.array([0.06, 0.08, 0.05]))
-        parts.append(Component("cab", sides_of(top), label=cab, bodies=(top,), **more))
+        parts.append(Component("cab", box_solid(top)[0], label=cab, bodies=(top,), **more))
     return ObjectModel("brick", tuple(parts))
 
 
@@ -77,7 +77,7 @@ def test_sides_that_do_not_meet_are_none_of_it():
     box, apart = Box(Pose.identity(), SIZE), Box(Pose.identity(), SIZE * 0.8)
     small = [
         marker(m.name, m.outline * 0.8, m.T_component_marker.rotation, full.T_component_marker.position)
-        for m, full in zip(sides_of(apart), sides_of(box), strict=True)
+        for m, full in zip(box_solid(apart)[0], box_solid(box)[0], strict=True)
     ]
     model = ObjectModel("brick", (Component("brick", tuple(small), required=True, bodies=(box,)),))
     surface = SpatialModel(model, RED, DEFAULTS.votes)

@@ -17,6 +17,7 @@ from changes import changed
 
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.model.surface import is_on_unknown, patches_of
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml
@@ -297,6 +298,7 @@ def test_a_box_of_one_colour_has_its_six_sides_for_markers(tmp_path: Path) -> No
         ({"body": {"boxes": [{"size": [1, 1, 1]}]}}, "base.body: a component that is a box of one colour is nothing"),
         ({"box": {"size": [0.2, 0.1]}}, "base.box.size: needs 3 numbers"),
         ({"box": {"sise": [0.2, 0.1, 1]}}, "did you mean 'size'"),
+        ({"cylinder": {"radius": 1, "length": 1}}, "base.cylinder: a component that is a box of one colour is nothing"),
     ],
 )
 def test_what_is_wrong_with_a_box_is_named(tmp_path: Path, change: dict[str, Any], said: str) -> None:
@@ -310,3 +312,18 @@ def test_a_component_without_markers_is_told_what_it_may_have(tmp_path: Path) ->
     content = {"format": "artrec_object/1", "name": "toy", "components": {"base": {"required": True, "label": 4}}}
     with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*a cylinder of one colour"):
         load_object(_write(tmp_path, content), {})
+
+
+def test_a_cylinder_of_one_colour_is_as_wide_as_its_prism_in_the_mean(tmp_path: Path) -> None:
+    """The prism's sides cover its body, and what it hides is as long and wide."""
+    part = {"label": 4, "cylinder": {"radius": 0.05, "length": 0.2, "xyz": [0, 0, 0.1]}, "required": True}
+    model = load_object(_write(tmp_path, {"format": "artrec_object/1", "name": "can", "components": {"can": part}}), {})
+    (can,) = model.components
+    sides = [m for m in can.markers if m.name.startswith("side")]
+    assert sum(m.area for m in sides) / 0.2 / np.pi == pytest.approx(0.1)  # mean width: perimeter over pi
+    assert [m.T_component_marker.position[2] for m in can.markers[-2:] if m.T_component_marker] == [0.2, 0.0]
+    assert not is_on_unknown(patches_of(model, 4))
+    directions = rotation_from_rotvec(np.linspace(0, 1, 7)[:, None] * np.array([0, 0, 0.5]))[:, :, 0]
+    for out in directions:  # each point just within a side is in some box of its body
+        point = np.append(0.046 * out[:2], 0.19)
+        assert any((np.abs(b.T_component_box.inverse().apply(point[None])) <= b.size / 2).all() for b in can.bodies)

@@ -47,8 +47,8 @@ def ring_votes(
 ) -> tuple[float, float]:  # fmt: skip
     """Mean vote of what lies just inside and just outside the contour of marker `k`, and the share of the contour
     within the image that does not lie amid its class; 0 where none is. Where other parts of the object's lie beyond,
-    or another side of its class begins, nothing is told; where these leave less than half of it, no more is known than
-    of half.
+    nothing is told; where these leave less than half of it, no more is known than of half. Where another side of its
+    component begins is no contour.
 
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     :param cut: whether `room.hidden` tells which points of it boxes hide: there it is their outline that is seen.
@@ -66,12 +66,12 @@ def ring_votes(
     if meets:
         find_inner(s, k, A, b, view, goes_on)
     for i in range(m):
-        if cut and room.hidden[i]:
+        if (cut and room.hidden[i]) or (meets and goes_on[i]):
             continue
         beyond = view.padded[outer[i]]
         if beyond != limits.outside:  # else not the marker ends there but the image
             within += 1
-            if is_open[i] == COVERED or (meets and goes_on[i]):
+            if is_open[i] == COVERED:
                 continue
             vote = is_open[i] * out[beyond] + into[view.padded[inner[i]]]
             if near:  # lengths shrink with their depth
@@ -80,6 +80,8 @@ def ring_votes(
             ring += vote
             seen += 1
             amid += is_open[i] * own[beyond]
+    if meets and within == 0:
+        return 0.0, 1.0  # other sides part all of them from what is around
     return ring / m, (seen - amid) / max(seen, LEAST_KNOWN * within, 1.0)
 
 

@@ -81,26 +81,29 @@ def along_outline(
 ) -> tuple[float, float, float]:
     """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), the share
     of it that does not lie amid its class, and that over which the object's own parts do not lie; of what nobody owns
-    in the image, 0 where that is nothing."""
+    in the image, 0 where that is nothing. Where another side of its component begins is no outline."""
     k, ring_px, own = s.marker_of[p], limits.ring_px, s.own[s.role[p]]
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    votes, seen, amid, known, meets, goes_on = 0.0, 0, 0.0, 0, s.has_meets[k], room.inner
+    votes, seen, amid, known, outer, meets, goes_on = 0.0, 0, 0.0, 0, 0, s.has_meets[k], room.inner
     if meets:
         find_inner(s, k, A, b, view, goes_on)
     for i in range(len(u)):
+        if meets and goes_on[i]:
+            continue
+        outer += 1
         beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
         within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
         if beyond != limits.outside and beyond != limits.owned:
             seen += 1
-            if is_open[i] == COVERED or (meets and goes_on[i]):
+            if is_open[i] == COVERED:
                 continue
             votes += is_open[i] * out[beyond] + into[within]
             amid += is_open[i] * own[beyond]
             known += 1
     least = max(known, LEAST_KNOWN * seen, 1.0)
-    return votes / least, (known - amid) / least, least / max(seen, 1)
+    return votes / least, (known - amid) / least, least / max(seen, 1) * outer / len(u)
 
 
 @lean

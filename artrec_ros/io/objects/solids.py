@@ -20,7 +20,7 @@ _SIDES = {
     "top": ((0, 0, 1), (1, 0, 0), (0, 1, 0)),
     "bottom": ((0, 0, -1), (1, 0, 0), (0, -1, 0)),
 }
-_ROUND = 8  # sides of a cylinder: their outlines are within a twentieth of its own
+_ROUND = 12  # sides of a cylinder: with 8 cans came out 1.5 % too near, with 12 half a percent
 Solid = tuple[tuple[Marker, ...], tuple[Box, ...]]
 
 

@@ -19,7 +19,7 @@ from artrec_ros.core.pose.pose_fit import contour_fit
 from artrec_ros.core.pose.solid_views import solids_of
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.objects.solids import box_solid
+from artrec_ros.io.objects.solids import box_solid, cylinder_solid
 
 CAMERA = camera_of((640, 480), 600.0)
 SIZE = np.array([0.16, 0.10, 0.05])
@@ -128,3 +128,22 @@ def test_a_covered_body_of_no_class_is_no_seam():
     open_below = ObjectModel("brick", (replace(whole, markers=whole.markers[:5]),))
     assert not Target("brick", brick(), RED).on_bodies
     assert Target("brick", open_below, RED).on_bodies == {RED}
+
+
+def test_a_cylinder_of_one_colour_is_found_as_it_lies():
+    """The pictures are of a rounder one."""
+    round_one = [cylinder_solid(0.04, 0.12, Pose.from_xyz_rpy((0, 0, 0), (0, 0, turn))) for turn in (0.0, 0.1309)]
+    markers = [replace(m, name=f"{m.name}_{n}") for n, (markers, _) in enumerate(round_one) for m in markers]
+    shown = ObjectModel("can", (Component("can", tuple(markers), required=True),))
+    markers, bodies = cylinder_solid(0.04, 0.12, Pose.identity())
+    model = ObjectModel("can", (Component("can", markers, required=True, bodies=bodies),))
+    for turn in ((0.0, 0.0, 0.4), (0.5, 0.0, 0.2), (0.0, 0.4, 0.0)):
+        labels, pose = render(CAMERA, [(shown, at(turn), RED)]), at(turn)
+        config = RecognizerConfig(time_budget_ms=60000.0)
+        (one,) = (
+            Recognizer([Target("can", model, RED)], config, Segmenter(ImageConfig()))
+            .recognize(labels, CAMERA)
+            .detections
+        )
+        assert np.linalg.norm(one.pose.position - pose.t[0]) < 0.02
+        assert abs(one.pose.rotation[:, 2] @ pose.R[0, :, 2]) > np.cos(np.radians(4))

@@ -107,6 +107,35 @@ def along_outline(
 
 
 @lean
+def outline_of(
+    s: Surface, said: Said, by: Criteria, h: int, best: int, looked: bool, A: Any, b: Any, view: LabelView,
+    limits: SurfaceLimits, room: Room,
+) -> tuple[float, float, float]:  # fmt: skip
+    """How well the outline of marker `best` of claim `h` parts its class from others, and as of `along_outline` its
+    rim and its parted share: of sides that meet it of what all in view look like together, the longer ones counting
+    more. :param looked: whether it is looked at; else it votes alone.
+    """
+    votes, inside, around, rims, parts, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    together = looked and s.has_meets[s.marker_of[best]]
+    for p in range(len(s.component)):
+        side = together and s.component[p] == s.component[best] and s.marker_of[p] >= 0
+        if p != best and not (side and s.has_meets[s.marker_of[p]] and said.area_px[h, p] > 0.0):
+            continue
+        rim, parted, free = 0.0, 1.0, 1.0
+        if looked:
+            rim, parted, free = along_outline(s, p, A, b, view, limits, room)
+        length = by.around * perimeter_px(s, said, h, p) * free
+        # as far as it votes, of what faces the camera
+        inside += by.inside * said.agree[h, p] * said.area_px[h, p] * (parted if by.facing else 1.0)
+        votes += said.votes[h, p]
+        around += length
+        weight = length if together else 1.0
+        rims, parts, total = rims + weight * rim, parts + weight * parted, total + weight
+    # nothing, where it does not vote
+    return (votes - inside) / max(around, 1e-12), rims / max(total, 1e-12), parts / max(total, 1e-12)
+
+
+@lean
 def confirm(
     s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room,
     found: Found, rims: Any,
@@ -130,14 +159,9 @@ def confirm(
         shown = sure or c == by.root or (total > 0.0 and seen and width < by.thin_px)
         found.marker_votes[h, c], found.confirmed[h, c] = total, sure
         found.shown[h, c] = best if shown else -1
-        around = by.around * perimeter_px(s, said, h, best)
-        rim, parted, free = 0.0, 1.0, 1.0
-        if said.area_px[h, best] > 0.0 and (shown or by.facing):
-            rim, parted, free = along_outline(s, best, R[c], t[c], view, limits, room)
-        inside = by.inside * said.agree[h, best] * said.area_px[h, best]
-        inside *= parted if by.facing else 1.0  # as far as it votes
-        around *= free
-        found.outline[h, c] = (said.votes[h, best] - inside) / max(around, 1e-12)  # nothing, where it does not vote
+        looked = said.area_px[h, best] > 0.0 and (shown or by.facing)
+        looks = outline_of(s, said, by, h, best, looked, R[c], t[c], view, limits, room)
+        found.outline[h, c], rim, parted = looks
         found.parted[h, c] = rims[c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
             found.parted[h, c] = 1.0 if by.several[best] else parted

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
-from .objects import Box, Component, Marker, ObjectModel
+from .objects import Component, Marker, ObjectModel
 
 INSIDE_POINTS = 36  # per marker: about the pixels of the smallest useful one
 MOST_POINTS = 144  # of a large one: these, and more that go on with the same sequence
@@ -22,7 +22,6 @@ FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
 _BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked for others
 _MEETING = 0.05  # of a marker's width: who is so near meets it
-_INSIDE_M = 1e-6  # of another box: what only touches it is not inside
 ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
 
 
@@ -55,11 +54,14 @@ class Patch:
 
 
 def patches_of(model: ObjectModel, label: int) -> list[Patch]:
-    """Every marker and every box face of a spatial model; `label` is the object's class."""
+    """Every marker of a spatial model, and every face of its boxes, but for those that are closed in by markers which
+    meet all around; `label` is the object's class."""
     out: list[Patch] = []
     for c, component in enumerate(model.components):
-        out += [_marker_patch(c, m, component.labels(label)) for m in component.markers]
-        out += _face_patches(c, component)
+        markers = [_marker_patch(c, m, component.labels(label)) for m in component.markers]
+        out += markers
+        if component.bodies and (meeting_contour(markers) < 0).any():
+            out += _face_patches(c, component)
     return out
 
 
@@ -191,23 +193,13 @@ def _face_patches(c: int, component: Component) -> list[Patch]:
                 local[:, u], local[:, v], local[:, axis] = grid[:, 0], grid[:, 1], sign * box.size[axis] / 2
                 points = box.T_component_box.apply(local)
                 normal = sign * box.T_component_box.rotation[:, axis]
-                free = ~(_covered(component, points, normal) | _within_others(component, box, points))
+                free = ~_covered(component, points, normal)
                 if free.any():
                     area = float(box.size[u] * box.size[v] * free.mean())
                     none = np.zeros((0, 3))
                     labels = component.body_labels
                     out.append(Patch(c, None, labels, points[free], points[free], none, none, none, normal, area))
     return out
-
-
-def _within_others(component: Component, box: Box, points: Array) -> np.ndarray:
-    """(n,) bool: which points of a box lie inside another one of the same component."""
-    inside = np.zeros(len(points), bool)
-    for other in component.bodies:
-        if other is not box:
-            local = np.abs(other.T_component_box.inverse().apply(points))
-            inside |= (local < other.size / 2 - _INSIDE_M).all(axis=1)
-    return inside
 
 
 def _covered(component: Component, points: Array, normal: Array) -> np.ndarray:

@@ -16,7 +16,7 @@ from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
-from .solids import Solid, box_solid, cylinder_solid, rectangle
+from .solids import Solid, ball_solid, box_solid, cylinder_solid, rectangle
 from .urdf import link_body
 
 FORMAT = "artrec_object/1"
@@ -166,7 +166,7 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
         markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
     else:
         raise value.error(
-            "markers: this key is missing; a component has markers, or is a box or a cylinder of one colour"
+            "markers: this key is missing; a component has markers, or is a box, a cylinder or a ball of one colour"
         )
     if not markers:
         raise given["markers"].error("a component needs a marker or more that can show it")
@@ -282,8 +282,14 @@ def _read_solid_cylinder(value: Value) -> Solid:
     return cylinder_solid(radius, length, _pose_of(value, given, "radius", "length"))
 
 
+def _read_solid_ball(value: Value) -> Solid:
+    given = value.fields(required=("radius",), optional=("xyz",))
+    radius = given["radius"].number(high=_MOST_M, above=0)
+    return ball_solid(radius, _pose_of(value, given, "radius"))
+
+
 # what a component of one colour may be
-_SOLIDS = {"box": _read_solid_box, "cylinder": _read_solid_cylinder}
+_SOLIDS = {"box": _read_solid_box, "cylinder": _read_solid_cylinder, "ball": _read_solid_ball}
 
 
 def _pose_of(value: Value, given: Mapping[str, Value], *others: str) -> Pose:

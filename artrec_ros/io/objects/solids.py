@@ -1,4 +1,4 @@
-"""Boxes and cylinders of one colour: flat markers that cover them, and bodies."""
+"""Boxes, cylinders and balls of one colour: flat markers that cover them, and bodies."""
 
 from __future__ import annotations
 
@@ -51,6 +51,28 @@ def cylinder_solid(radius_m: float, length_m: float, T: Pose) -> Solid:
     across = np.array([2 * flat_m, width_m, length_m])
     turns = (Pose.from_xyz_rpy((0, 0, 0), (0, 0, 2 * math.pi * k / _ROUND)) for k in range(_ROUND // 2))
     return tuple(markers), tuple(Box(T @ turn, across) for turn in turns)  # each fills it between two sides
+
+
+def ball_solid(radius_m: float, T: Pose) -> Solid:
+    """One about the origin of a pose, as a dodecahedron that looks as large as it in the mean of all directions."""
+    golden = (1 + 5**0.5) / 2
+    corners = [np.roll((0.0, a, b * golden), k) for k in range(3) for a in (-1, 1) for b in (-1, 1)]
+    normals = np.array(corners) / math.hypot(1, golden)
+    # of a side, as a multiple of how far it is from the middle: to its edges half an angle between neighbours away
+    to_corner = math.tan(math.acos(1 / 5**0.5) / 2) / math.cos(math.pi / 5)
+    # a quarter of its surface is its mean shadow (Cauchy's theorem)
+    flat_m = radius_m * math.sqrt(4 * math.pi / (12 * 2.5 * to_corner**2 * math.sin(2 * math.pi / 5)))
+    outline = flat_m * to_corner * _circle(2 * np.pi * (np.arange(5) + 0.5) / 5)
+    whole = Box(T, np.full(3, 2 * flat_m / 3**0.5))
+    markers = []
+    for k, out in enumerate(normals):
+        near = normals[np.argsort(-(normals @ out), kind="stable")[1]]
+        right = near - (near @ out) * out
+        right /= np.linalg.norm(right)
+        markers.append(
+            _marker(f"side_{k}", outline, Pose(_frame(right, np.cross(out, right), out), flat_m * out), whole)
+        )
+    return tuple(markers), (whole,)
 
 
 def _around(whole: Box, flat_m: float, width_m: float) -> Iterator[Marker]:

@@ -18,7 +18,7 @@ from changes import changed
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import rotation_from_rotvec
-from artrec_ros.core.model.surface import is_on_unknown, patches_of
+from artrec_ros.core.model.surface import is_on_unknown, meeting_contour, patches_of
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml
 
@@ -310,7 +310,7 @@ def test_what_is_wrong_with_a_box_is_named(tmp_path: Path, change: dict[str, Any
 
 def test_a_component_without_markers_is_told_what_it_may_have(tmp_path: Path) -> None:
     content = {"format": "artrec_object/1", "name": "toy", "components": {"base": {"required": True, "label": 4}}}
-    with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*a cylinder of one colour"):
+    with pytest.raises(ConfigError, match=r"base: markers: this key is missing.*a ball of one colour"):
         load_object(_write(tmp_path, content), {})
 
 
@@ -327,3 +327,21 @@ def test_a_cylinder_of_one_colour_is_as_wide_as_its_prism_in_the_mean(tmp_path: 
     for out in directions:  # each point just within a side is in some box of its body
         point = np.append(0.046 * out[:2], 0.19)
         assert any((np.abs(b.T_component_box.inverse().apply(point[None])) <= b.size / 2).all() for b in can.bodies)
+
+
+def test_a_ball_of_one_colour_is_as_large_as_its_sides_in_the_mean(tmp_path: Path) -> None:
+    part = {"label": 4, "ball": {"radius": 0.03, "xyz": [0.1, 0, 0]}, "required": True}
+    model = load_object(
+        _write(tmp_path, {"format": "artrec_object/1", "name": "ball", "components": {"ball": part}}), {}
+    )
+    (ball,) = model.components
+    assert sum(m.area for m in ball.markers) / 4 == pytest.approx(np.pi * 0.03**2)  # a convex body's mean shadow
+    poses = [m.T_component_marker for m in ball.markers if m.T_component_marker is not None]
+    outwards = np.array([T.position - (0.1, 0, 0) for T in poses])
+    np.testing.assert_allclose(np.linalg.norm(outwards, axis=1), np.linalg.norm(outwards[0]))
+    for T, out in zip(poses, outwards, strict=True):
+        assert T.rotation[:, 2] @ out == pytest.approx(np.linalg.norm(out))
+        assert np.linalg.det(T.rotation) == pytest.approx(1)
+    patches = patches_of(model, 4)
+    assert (meeting_contour(patches) >= 0).all()  # closed: no corner of a side lies off the next one's
+    assert not is_on_unknown(patches)

@@ -20,7 +20,8 @@ from ..io.base.bars import bar
 from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
 
-GIVEN = "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"  # of `image`, by which colours are learned
+# of `image`, by which colours are learned
+GIVEN = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
 _READ = partial(bar, desc="reading", unit="image", leave=False)
 _SHARP = ImageConfig()
 _UNMARKED = 255  # number of the pixels that nobody has marked

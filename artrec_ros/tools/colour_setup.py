@@ -13,8 +13,7 @@ from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
 from ..io.parameters.sections import read_files
 from .colour_samples import GIVEN
 
-_CAMERA = "smoothing_px", *GIVEN
-_READ = "image.blank", *(f"image.{name}" for name in _CAMERA)
+_READ = "image.blank", *(f"image.{name}" for name in GIVEN)
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
 
 
 def _camera(image: ImageConfig) -> ImageConfig:
-    return ImageConfig(**{name: getattr(image, name) for name in _CAMERA})
+    return ImageConfig(**{name: getattr(image, name) for name in GIVEN})
 
 
 def _classes(targets: tuple[Target, ...]) -> Iterator[tuple[str, int, bool, bool]]:

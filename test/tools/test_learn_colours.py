@@ -477,6 +477,7 @@ def test_colours_are_learned_of_images_as_they_will_be_read(robots: Path) -> Non
         cv2.imwrite(str(robots / f"{n}.png"), np.clip(image + 70 * ground, 0, 255).astype(np.uint8))
     (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", "kind: colour\n      smoothing_px: 1.5"))
     assert learn_robots(robots) == 0
+    (robots / "robots.yaml").write_text(ROBOTS)  # the colours' file tells of it, as of all by which they are learned
     setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
     assert setup.image.smoothing_px == 1.5
     read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))

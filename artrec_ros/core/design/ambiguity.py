@@ -118,12 +118,17 @@ def _limits(component: Component, marker: Marker, shape: Shape) -> MarkerLimits:
     least_px = _DESIGN.least_seed_px if component.required else _DESIGN.least_area_px
     found = max(_DESIGN.least_long_px / long, float(np.sqrt(least_px / shape.area_m2)))
     residual = shape.symmetry.residual_m
-    order = shape.symmetry.order(1.0, _DESIGN.same_share * shape.rms_radius_m)
+    order = order_of(shape)
     by_design = {n for n in range(2, len(residual)) if order and order % n == 0}
     others = [r for n, r in enumerate(residual) if n >= 2 and n not in by_design]
     least = 0.0 if order == ANY_ANGLE else min(others)
     turn = np.inf if order != 1 or least == 0 else _CONFIG.alignment.symmetry_px / least
     return MarkerLimits(component.name, marker.name, (long, short), found, float(turn), order)
+
+
+def order_of(shape: Shape) -> int:
+    """Order of the symmetry of a shape's design: 1 none, `ANY_ANGLE` a disc."""
+    return shape.symmetry.order(1.0, _DESIGN.same_share * shape.rms_radius_m)
 
 
 def _like_in_size(a: Shape, b: Shape) -> bool:

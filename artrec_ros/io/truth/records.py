@@ -88,6 +88,7 @@ class TrueObject:
     :param joints: joint's name -> its angle in radians (metres for prismatic joints).
     :param identity: which of several like objects it is, where that is said beside its name.
     :param axes: 'COMPONENT/MARKER' -> (2, 2) tail and head of the marker's axis, pixels, of annotated images.
+    :param undirected: those of them whose markers look the same in any turn: an axis tells only where such a one is.
     """
 
     label: int | None
@@ -99,6 +100,7 @@ class TrueObject:
     axes: Mapping[str, Array] = field(default_factory=dict)
     told: Told = Told.ALL
     identity: str | None = None
+    undirected: frozenset[str] = frozenset()
 
 
 FrameKey = int | str

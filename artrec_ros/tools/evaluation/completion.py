@@ -10,7 +10,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from ...core.alignment.shapes import Shape
+from ...core.alignment.symmetry import ANY_ANGLE
 from ...core.base.errors import SourceError
+from ...core.design.ambiguity import order_of
 from ...core.geometry.camera import Camera
 from ...core.geometry.polygons import in_space, signed_area
 from ...core.geometry.projection import project
@@ -41,6 +44,13 @@ def with_own_names(o: TrueObject, model: ObjectModel) -> TrueObject:
     the model has an 'arm_tip'."""
     mine = {c.name for c in model.components}
     return replace(o, components={f"{name}@" if name in mine else name: c for name, c in o.components.items()})
+
+
+def undirected(model: ObjectModel) -> frozenset[str]:
+    """'COMPONENT/MARKER' of the markers that look the same in any turn, as discs: they have no direction of their own,
+    and an annotated axis has whichever the annotator chose."""
+    known = model.markers.items()
+    return frozenset("/".join(key) for key, marker in known if order_of(Shape.from_marker(marker)) == ANY_ANGLE)
 
 
 def slant_rad(T_camera_object: Pose, required: Component) -> float | None:

@@ -86,7 +86,7 @@ class Counts:
             joint_errors_rad=tuple(turned_by(e) for slides, e in joints if not slides),
             joint_errors_m=tuple(e for slides, e in joints if slides),
             image_errors_px=tuple(px for o in met for px, _ in o.image_errors),
-            direction_errors_rad=tuple(rad for o in met for _, rad in o.image_errors),
+            direction_errors_rad=_known(rad for o in met for _, rad in o.image_errors),
         )
 
     def rates(self) -> dict[str, float | None]:
@@ -180,13 +180,15 @@ def _judge(o: TrueObject, d: Detection, root: str) -> Outcome:
     return Outcome(o, is_in_view(o, root), d, others, frozenset(missed), right, tuple(_image_errors(d, o)))
 
 
-def _image_errors(d: Detection, o: TrueObject) -> Iterator[tuple[float, float]]:
-    """Pixels and radians of each component whose own marker was annotated."""
+def _image_errors(d: Detection, o: TrueObject) -> Iterator[tuple[float, float | None]]:
+    """Pixels and radians of each component whose own marker was annotated; of what has no direction no radians."""
     for c in d.components:
-        axis, marker = o.axes.get(f"{c.component}/{c.marker}"), o.components.get(f"{c.component}@{c.marker}")
+        key = f"{c.component}/{c.marker}"
+        axis, marker = o.axes.get(key), o.components.get(f"{c.component}@{c.marker}")
         if axis is not None and marker is not None and marker.centre is not None:
             along = np.arctan2(*(axis[1] - axis[0])[::-1])
-            yield _offset(c.x, c.y, marker.centre), float(abs(wrap_angle(c.theta - along)))
+            turned = None if key in o.undirected else float(abs(wrap_angle(c.theta - along)))
+            yield _offset(c.x, c.y, marker.centre), turned
 
 
 def _is_on_its_component(instance: Instance, o: TrueObject) -> bool | None:

@@ -20,7 +20,7 @@ class Outcome:
     :param missed: components that are well visible and were not found.
     :param right: None where the truth does not speak of components.
     :param image_errors: of the components whose marker's axis was annotated: how far the marker's centre is off
-        (pixels), and its direction (radians, 0 to pi).
+        (pixels), and its direction (radians, 0 to pi; None: it looks the same in any turn).
     """
 
     truth: TrueObject
@@ -29,7 +29,7 @@ class Outcome:
     hits: tuple[tuple[str, bool], ...] = ()
     missed: frozenset[str] = frozenset()
     right: bool | None = False
-    image_errors: tuple[tuple[float, float], ...] = ()
+    image_errors: tuple[tuple[float, float | None], ...] = ()
 
     @property
     def recognised(self) -> bool:

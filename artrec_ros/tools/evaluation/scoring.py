@@ -14,7 +14,7 @@ from ...io.base.yaml_files import nearest
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, Told, TrueObject, Truth
 from .assignment import Choice, choose_objects, match_frames, repeated_frames, strangers
-from .completion import with_components, with_own_names
+from .completion import undirected, with_components, with_own_names
 from .metrics import Counts, judge_frame, shows_others
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
@@ -127,7 +127,8 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
     sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
     scored = Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
-    return replace(scored, notes=(*scored.notes, *_turned_away(scored), *slips(list(scored.outcomes()), sliding)))
+    noted = (*_turned_away(scored), *_undirected(scored), *slips(list(scored.outcomes()), sliding))
+    return replace(scored, notes=(*scored.notes, *noted))
 
 
 def _turned_away(scored: Evaluation) -> Iterable[str]:
@@ -140,6 +141,13 @@ def _turned_away(scored: Evaluation) -> Iterable[str]:
                 f"{len(others)} more of the truth's '{name}' show other components, but too little of the required "
                 f"one, '{scored.run.objects[name].required}': they do not count; {found} of them are found"
             )
+
+
+def _undirected(scored: Evaluation) -> Iterable[str]:
+    """Why no direction is told where axes are annotated."""
+    turns = [rad for _, o in scored.outcomes() for _, rad in o.image_errors]
+    if turns and all(rad is None for rad in turns):
+        yield "no direction is judged: all markers that are annotated look the same in any turn, as discs do"
 
 
 def _judge(
@@ -170,7 +178,8 @@ def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Call
             raise SourceError(
                 f"'{name}': poses are no truth for it: its file tells no marker's pose on '{model.required.name}'"
             )
-    return lambda o: with_components(o, model, camera)
+    round_ones = undirected(model)
+    return lambda o: replace(with_components(o, model, camera), undirected=round_ones & o.axes.keys())
 
 
 def _sliding(model: ObjectModel) -> frozenset[str]:

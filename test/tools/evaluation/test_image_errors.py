@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+import yaml
 
 from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.tools.main import main
@@ -68,9 +69,12 @@ def found(markers: dict[str, Seen], off=(0.0, 0.0), turned_deg=0.0, of: str | No
     return Detection("thing", 0, 0.9, ImagePose(base.x, base.y, base.theta, base.scale), tuple(parts), None, {})
 
 
-def scored(folder, frames):
-    """All figures of a replay; `frames`: annotations and detections of each."""
+def scored(folder, frames, shapes=None):
+    """All figures of a replay; `frames`: annotations and detections of each. :param shapes: of markers, by name."""
     run = write_run(folder / "run", [record(i, *ds, name=f"{i}.png") for i, (_, ds) in enumerate(frames)])
+    if shapes:
+        changed = OBJECT | {"markers": OBJECT["markers"] | shapes}
+        (run / "thing.yaml").write_text(yaml.safe_dump(changed, sort_keys=False))
     content = {
         "images": [{"id": i, "file_name": f"images/{i}.png"} for i in range(len(frames))],
         "categories": [{"id": 1, "name": "thing", "keypoints": KEYPOINTS}],
@@ -157,6 +161,25 @@ def test_both_are_told_in_the_table_and_on_no_other_truth(tmp_path, capsys):
     assert main(["evaluate", str(run), "--truth", str(truth), "--no-page"]) == 0
     assert "place in the image" not in capsys.readouterr().out
     assert errors(json.loads((run / "metrics.json").read_text())["all"]) == (None, None, 0, 0)
+
+
+ROUND = [[0.06 * np.cos(a).item(), 0.06 * np.sin(a).item()] for a in np.linspace(0, 2 * np.pi, 36, endpoint=False)]
+DISCS = ({"disc": {"radius": 0.06}}, {"outline": ROUND, "axis": [[-0.06, 0], [0.06, 0]]})
+
+
+@pytest.mark.parametrize("disc", DISCS)
+def test_the_direction_of_a_disc_is_whatever_the_annotator_chose_and_does_not_count(tmp_path, disc):
+    frames = [([annotated(0, 0, THING)], [found(THING, (0, 6), 80, of="arm")])]
+    px, deg, *n = errors(scored(tmp_path, frames, {"stripe": disc}))
+    assert (px, deg, n) == (pytest.approx(3.0, abs=1e-3), pytest.approx(0.0, abs=1e-3), [2, 1])
+
+
+def test_where_nothing_has_a_direction_it_is_said_so(tmp_path, capsys):
+    frames = [([annotated(0, 0, THING)], [found(THING, (0, 6), 80)])]
+    px, deg, *n = errors(scored(tmp_path, frames, {"plate": {"disc": {"radius": 0.1}}, "stripe": DISCS[0]}))
+    told = capsys.readouterr().out
+    assert (deg, n) == (None, [2, 0]) and px is not None
+    assert "no direction is judged" in told and "direction, deg" not in told
 
 
 def test_one_of_ten_that_is_turned_by_half_shows_in_what_95_percent_are_below(tmp_path):

@@ -24,7 +24,8 @@ from ..core.learning.colour_learning import (
 from ..io.base.bars import bar, say
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
-from ..io.learned.marked_objects import load_marked_objects, marked_scales
+from ..io.learned.marked_objects import load_marked_objects
+from ..io.learned.marked_scales import marked_scales
 from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
 from ..io.sources.frames import once
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources

@@ -115,17 +115,6 @@ def shown_markers(
         yield component, component.marker(marker), place, label
 
 
-def marked_scales(paths: Sequence[str | Path], targets: Sequence[Target]) -> Array:
-    """(n,) pixels per metre of each annotated object: the median of its markers', as their axes tell."""
-    annotations = load_coco(paths)
-    scales = []
-    for o in annotations.objects:
-        target, _ = what_is_shown(o, targets)
-        own = Annotations({o.category: annotations.categories[o.category]}, (o,)).examples(target.model)[0]
-        scales += [np.median([place.scale for place in own.values()])] if own else []
-    return np.array(scales)
-
-
 def what_is_shown(annotated: AnnotatedObject, targets: Sequence[Target]) -> tuple[Target, Mapping[str, str]]:
     """Which target an annotation is of, and component -> class name where one has alternatives.
 

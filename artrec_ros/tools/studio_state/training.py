@@ -15,7 +15,7 @@ from ...core.model.target import Target
 from ...core.ways import FACING, SPACE, way_of
 from ...io.learned.annotations import load_coco
 from ...io.learned.constraints import save_constraints
-from ...io.learned.marked_objects import marked_scales
+from ...io.learned.marked_scales import marked_scales
 from ..colour_report import report as report_colours
 from ..colour_report import scale_limits, scale_line
 from ..train import Training, train

@@ -16,10 +16,10 @@ _WIDER = 1.25  # limits of the scale, over what was marked: that of small patche
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
-def report(learned: Learned, bodies: Collection[str] = ()) -> Iterator[str]:
+def report(learned: Learned, bodies: Collection[str] = (), scales: Array | None = None) -> Iterator[str]:
     """Per class its references, and what they make of its pixels; what a background's go to, and what to do.
 
-    :param bodies: classes of bodies alone.
+    :param bodies: classes of bodies alone. :param scales: px/m of marked objects, where there are some.
     """
     width = max(len(name) for name in learned.samples)
     yield f"{'class':{width}}   pixels   right  references r,g,b"
@@ -36,6 +36,7 @@ def report(learned: Learned, bodies: Collection[str] = ()) -> Iterator[str]:
     yield f"blur_px: {learned.image.blur_px:g}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)
+    yield from _advice_on_outlines(learned.rings_px, scales)
     yield from _advice_on_bodies(learned, bodies)
 
 
@@ -66,11 +67,23 @@ def _advice(learned: Learned) -> Iterator[str]:
         if name in learned.image.classes:
             continue
         for other, share in shares.items():
-            if other in learned.image.classes and share >= _MUCH:
+            own_ring = name == BESIDE and other in learned.rings_px
+            if other in learned.image.classes and share >= _MUCH and not own_ring:
                 yield (
                     f"{other} takes {share:.0%} of '{name}'. {_why(name)}it is too like: choose another colour, or "
                     f"lower image.{other}.spread ({learned.image.classes[other].spread:g})"
                 )
+
+
+def _advice_on_outlines(rings_px: Mapping[str, float], scales: Array | None) -> Iterator[str]:
+    """A line for each class that is larger than what is marked of it."""
+    for name, px in rings_px.items():
+        metres = f" ({px / np.median(scales):.2g} m)" if scales is not None and len(scales) else ""
+        yield (
+            f"{name} goes on for {px:.1f} px{metres} beyond its outlines, all around, and ends there: they are too "
+            "small. Mark axes' ends on the rim, as the camera shows it, and enlarge radius, rectangle or outline in "
+            "the object file by as much on each side (docs/object_file.md)"
+        )
 
 
 def _advice_on_bodies(learned: Learned, bodies: Collection[str]) -> Iterator[str]:

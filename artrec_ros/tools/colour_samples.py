@@ -16,6 +16,7 @@ from ..core.image.segmentation import as_light, evenly_lit, filtered
 from ..core.learning.colour_learning import Pair, sample_beside, sample_colours
 from ..core.learning.gamma import gamma_of
 from ..core.learning.lens_blur import lens_blur
+from ..core.learning.outline_reach import Outlines
 from ..io.base.bars import bar
 from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
@@ -35,12 +36,14 @@ class Told:
     """Some of the images with their class numbers, and class number -> label; 0: background.
 
     :param by_segmenter: the numbers come from label images. :param camera: how images were made even and sharp before.
+    :param exact: of each image the class and outline of its markers, as axes tell.
     """
 
     labels: Mapping[int, int]
     by_segmenter: bool
     camera: ImageConfig = _SHARP
     pairs: list[Pair] = field(default_factory=list)
+    exact: Sequence[Outlines] = ()
 
     def as_seen(self, image: ImageConfig) -> ImageConfig:
         """A configuration by which images are made even and sharp as these were."""
@@ -78,7 +81,8 @@ def samples_of_regions(
     numbers = {name: n for n, name in names.items()}
     camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
     pairs = (_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked)
-    return _collect(pairs, names, labels, camera=camera)
+    samples, told = _collect(pairs, names, labels, camera=camera)
+    return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]])
 
 
 def _measured(
@@ -95,7 +99,7 @@ def _measured(
     if not known:
         camera = replace(camera, blur_px=lens_blur(raw, _UNMARKED))
         if camera.blur_px > 0:
-            exact = [(image, list(m.exact)) for (image, _), m in zip(raw, marked, strict=True)]
+            exact = [(image, [outline for _, outline in m.exact]) for (image, _), m in zip(raw, marked, strict=True)]
             camera = replace(camera, gamma=gamma_of(exact))
         if camera.gamma == 1.0:
             return camera

@@ -5,22 +5,16 @@ from __future__ import annotations
 import argparse
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
+
+import numpy as np
 
 from ..core.base.config import GREATEST_LABEL, ImageConfig
 from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
-from ..core.learning.colour_learning import (
-    Learned,
-    Pair,
-    check_samples,
-    choose_sharpening,
-    enough,
-    learn_colours,
-)
+from ..core.learning.colour_learning import Pair, check_samples, enough
 from ..io.base.bars import bar, say
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
@@ -32,11 +26,11 @@ from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
 from .colour_report import report, scale_line
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
+from .colours_of_samples import learn_from
 from .options.outputs import OF_COLOURS, check_output
 from .options.paths import path
 
 _DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
-_SHARPEN_PX = 1
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -91,8 +85,9 @@ def run(args: argparse.Namespace) -> int:
     say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
     learned = learn_from(samples, told, labels, _DRAWS)
     save_colours(args.output, learned.image)
-    print("\n".join(report(learned, setup.bodies if setup is not None else ())))
-    if setup is not None and len(scales := marked_scales(args.annotations, setup.targets)):
+    scales = marked_scales(args.annotations, setup.targets) if setup is not None else np.zeros(0)
+    print("\n".join(report(learned, setup.bodies if setup is not None else (), scales)))
+    if len(scales):
         print(scale_line(scales))
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
@@ -124,28 +119,6 @@ def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]
 def lacking_bodies(samples: Samples, setup: ColourSetup) -> list[str]:
     """Classes of bodies alone of which too little is seen to learn them: objects are found without."""
     return [name for name in setup.labels if name in setup.bodies and not enough(samples, name)]
-
-
-def learn_from(
-    samples: Samples,
-    told: Told,
-    labels: Mapping[str, int],
-    shown: Callable[[Iterable[int]], Iterable[int]] = iter,
-) -> Learned:
-    """The classes' colours, and whether to sharpen. :param shown: as of `learn_colours`.
-
-    :raises ConfigError: a class without enough samples.
-    """
-    doubtful = [name for name in samples if name not in labels] if told.by_segmenter else []
-    learned = learn_colours(samples, labels, ImageConfig(), doubtful, shown=shown)
-    return replace(learned, image=told.as_seen(sharpened(learned.image, told)))
-
-
-def sharpened(image: ImageConfig, told: Told) -> ImageConfig:
-    """The configuration with what sharpening shall be: by what it brings where somebody has told the edges."""
-    if told.by_segmenter:  # whose edges are those of images that were not sharpened
-        return replace(image, sharpen_px=_SHARPEN_PX)
-    return choose_sharpening(image, told.pairs, told.labels)
 
 
 def check(args: argparse.Namespace) -> None:

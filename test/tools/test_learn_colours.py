@@ -514,3 +514,30 @@ def test_a_parameter_file_without_objects_tells_of_the_camera(robots: Path, caps
     assert (image.gamma, image.gain_percentile, set(image.classes)) == (1.8, 95.0, {"team", "red", "blue"})
     assert main(["learn-colours", *files]) != 0
     assert "objects" in capsys.readouterr().err
+
+
+def enlarged(folder: Path, px: int) -> None:
+    """All that is painted in the pictures reaches farther by so much than the axes that are marked say."""
+    for n in range(3):
+        picture = cv2.imread(str(folder / f"{n}.png"))
+        for x in (10, 50):
+            for y in (12, 32):
+                patch = picture[y : y + 16, x : x + 16].copy()
+                wide = cv2.copyMakeBorder(patch, px, px, px, px, cv2.BORDER_REFLECT)
+                picture[y - px : y + 16 + px, x - px : x + 16 + px] = wide
+        cv2.imwrite(str(folder / f"{n}.png"), picture)
+
+
+def test_outlines_that_are_too_small_are_told_with_how_much(robots: Path, capsys) -> None:
+    """In place of the advice to choose another colour."""
+    enlarged(robots, 3)
+    assert learn_robots(robots) == 0
+    printed = capsys.readouterr().out
+    told = {name: float(px) for name, px in re.findall(r"(\w+) goes on for ([0-9.]+) px", printed)}
+    assert told == {name: pytest.approx(3, abs=0.6) for name in ("red", "blue")}  # the team's are closed in
+    assert "px (0.0" in printed and not re.search("(red|blue) takes .*'beside markers'", printed)
+
+
+def test_outlines_that_end_where_the_paint_does_are_not_told_too_small(robots: Path, capsys) -> None:
+    assert learn_robots(robots) == 0
+    assert "goes on for" not in capsys.readouterr().out

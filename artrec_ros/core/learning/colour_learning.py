@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import product
 
 import cv2
@@ -37,11 +37,13 @@ class Learned:
     :param image: the configuration with the classes' reference colours and the background's.
     :param confusion: class -> class (or 'unknown') -> share of its samples that get that class' label.
     :param samples: class -> number of its samples.
+    :param rings_px: classes that go on just beyond their outlines all around -> how far, pixels.
     """
 
     image: ImageConfig
     confusion: Mapping[str, Mapping[str, float]]
     samples: Mapping[str, int]
+    rings_px: Mapping[str, float] = field(default_factory=dict)
 
 
 def sample_colours(

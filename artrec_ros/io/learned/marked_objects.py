@@ -66,8 +66,8 @@ def load_marked_objects(
         if own.markers:
             beneath, above = parted(drawn.pop(image, ()), own.markers)
             regions = (*larger_first([*beneath, *own.bodies]), *larger_first([*above, *own.markers]))
-            exact = tuple(outline for _, outline in own.markers)
-            marked.append(MarkedImage(image, regions, REST, around_px, tuple(own.ignored), sizes[image], exact))
+            exact, ignored = tuple(own.markers), tuple(own.ignored)
+            marked.append(MarkedImage(image, regions, REST, around_px, ignored, sizes[image], exact))
     # where no object is annotated nobody has said that the rest is background
     return marked + [MarkedImage(image, tuple(larger_first(own))) for image, own in drawn.items() if own]
 

@@ -30,7 +30,7 @@ class MarkedImage:
     :param around_px: what is farther than this from every region is not marked at all.
     :param ignored: outlines of what is not marked, whatever lies there; regions go before.
     :param size: width and height, where its file tells them.
-    :param exact: those outlines that end where markers do, as axes tell.
+    :param exact: those regions that end where markers do, as axes tell.
     """
 
     path: Path
@@ -39,7 +39,7 @@ class MarkedImage:
     around_px: float = math.inf
     ignored: tuple[Array, ...] = ()
     size: tuple[int, int] | None = None
-    exact: tuple[Array, ...] = ()
+    exact: tuple[tuple[str, Array], ...] = ()
 
     def smaller_before(self) -> MarkedImage:
         """The same where a region that lies inside another goes before."""

@@ -24,7 +24,7 @@ from ...io.learned.regions import load_regions
 from ...io.parameters.sections import read_flat
 from ..colour_samples import Samples, Told, samples_of_regions
 from ..colour_setup import load_colour_setup
-from ..learn_colours import learn_from
+from ..colours_of_samples import learn_from
 from .session import Session
 
 REGIONS_FILE, COLOURS_FILE = "regions.json", "colours.yaml"

@@ -126,7 +126,8 @@ def learn_colours(
     if not wanted():
         return None
     marks.keep(learned)
-    lines = [*report_colours(learned), scale_line(marked_scales([examples.path], session.setup.targets))]
+    scales = marked_scales([examples.path], session.setup.targets)
+    lines = [*report_colours(learned, scales=scales), scale_line(scales)]
     right = {name: learned.confusion[name].get(name, 0.0) for name in learned.image.classes}
     return LearnedColours(right, tuple(lines))
 

@@ -6,7 +6,7 @@ import pytest
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.joint_limits import LimitChange
 from artrec_ros.core.learning.lengths import Change
-from artrec_ros.core.learning.size_fit import Measured
+from artrec_ros.core.learning.size_fit import Kept, Measured
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
 from artrec_ros.tools.training.marked_lengths import lines
 
@@ -19,7 +19,8 @@ WIDER = LimitChange("slide", "prismatic", 0.0, (0.0, 0.3), (-0.1, 0.3), ("one.pn
 
 
 def told(after_px=1.0, limits=(KEPT, WIDER), outside=(WIDER,), metric=False):
-    measured = Measured(MODEL, 2.5, (MOVED,), limits, outside, 9, 2.0, after_px, (), ())
+    kept = Kept("wrist", 0.4), Kept("thumb", None)
+    measured = Measured(MODEL, 2.5, (MOVED,), limits, outside, 9, 2.0, after_px, (), (), kept)
     return list(lines(measured, metric))
 
 
@@ -28,6 +29,12 @@ def test_each_joint_whose_limits_change_is_named():
     assert "  elbow: its zero moves by 28.6 deg, limits -0.200..0.300 stay" in said
     assert "  slide: limits 0.000..0.300 become -0.100..0.300 (for one.png)" in said
     assert any(line.startswith("Limits of joints stay") for line in told(limits=()))
+
+
+def test_joints_that_marks_do_not_determine_are_named_with_the_reason():
+    wrist, thumb = (line for line in told() if line.startswith("Joint "))
+    assert wrist.startswith("Joint wrist stays") and "40% of the object from where the other half does" in wrist
+    assert thumb.startswith("Joint thumb stays") and "more than a whole turn" in thumb
 
 
 def test_limits_are_warned_of_where_lengths_hold():

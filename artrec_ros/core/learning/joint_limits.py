@@ -10,7 +10,7 @@ may be those of a mechanism, and the zero that lengths give is the likeliest.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -63,6 +63,18 @@ class Carried:
     @classmethod
     def as_is(cls, kin: Kinematics) -> Carried:
         return cls(np.zeros(kin.n_joints), kin.lower, kin.upper, np.full((2, kin.n_joints), -1))
+
+    def too_wide(self, kin: Kinematics) -> NDArray[np.bool_]:
+        """(J,) joints that turn whose limits grew beyond a whole turn, and so tell nothing."""
+        return np.asarray(
+            kin.revolute & ~kin.endless & (self.shown_by >= 0).any(axis=0) & (self.upper - self.lower >= 2 * np.pi)
+        )
+
+    def without(self, joints: NDArray[np.bool_], kin: Kinematics) -> Carried:
+        """The same with some joints (J,) as they were."""
+        old = Carried.as_is(kin)
+        pairs = ((getattr(old, f.name), getattr(self, f.name)) for f in fields(self))
+        return Carried(*(np.where(joints, before, after) for before, after in pairs))
 
     def bounds(self, kin: Kinematics) -> Array:
         """(2, J) least and greatest value beside the old zero; of joints that turn without limit none."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -50,14 +50,16 @@ class Lengths:
     :ivar components: (m,) number of its component. :ivar discs: (m,) which are discs.
     """
 
-    def __init__(self, model: ObjectModel) -> None:
+    def __init__(self, model: ObjectModel, staying: Collection[str] = ()) -> None:
+        """:param staying: components whose joints stay where they are."""
         self._model, self._figure, self._known = model, Figure.of(model), markers_of(model)
         root, shapes = model.components.index(model.required), [_shape(m) for _, m, _ in self._known]
         stays = next(n for n, (c, _, _) in enumerate(self._known) if c == root)
         free = [s for s in dict.fromkeys(shapes) if s != shapes[stays]]
         self._size_of = np.array([free.index(s) if s in free else len(free) for s in shapes])  # the last one stays
         self._movable = np.array([n for n in range(len(self._known)) if n != stays], np.int64)
-        self._joints = [(c, part.joint.parent) for c, part in enumerate(model.components) if part.joint is not None]
+        jointed = [(c, part.joint) for c, part in enumerate(model.components) if part.joint is not None]
+        self._joints = [(c, joint.parent) for c, joint in jointed if model.components[c].name not in staying]
         # directions of shifts: of a marker in its own frame, of a joint in that of its parent's first marker
         self._directions = np.eye(3)[: 2 if model.is_flat else 3]
         self._first_of = {model.components[c].name: T for c, _, T in reversed(self._known)}
@@ -84,6 +86,15 @@ class Lengths:
         for (c, parent), along in zip(self._joints, self._shifts(joint), strict=True):
             out.joint_shift[c] = self._first_of[parent].rotation @ along
         return out
+
+    def joints(self, values: Array) -> dict[str, Array]:
+        """How far each joint that may move does, in its deviations by the object file; by its component's name."""
+        shifts = np.split(values, self._splits)[-1].reshape(-1, len(self._directions))
+        return {self._model.components[c].name: shift for (c, _), shift in zip(self._joints, shifts, strict=True)}
+
+    def apart(self, off: Array) -> float:
+        """What a joint's shift is of the object's extent. :param off: as of `joints`."""
+        return float(np.linalg.norm(off) * self._place_m / self.extent_m)
 
     def _shifts(self, values: Array) -> Array:
         """(n, 3) metres."""

@@ -8,12 +8,13 @@ with joints free, and judged within the limits that go with them (`joint_limits`
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..geometry.camera import Camera
+from ..geometry.transforms import Array
 from ..model.objects import ObjectModel
 from .joint_limits import Carried, LimitChange
 from .lengths import Change, Lengths
@@ -26,6 +27,15 @@ MOST_VIEWS = 80  # seconds of work, and more tell hardly more
 
 
 @dataclass(frozen=True)
+class Kept:
+    """A joint that stays. :param apart: how far apart halves of the marked objects put it, of the object's extent;
+    None: with what is marked its limits would be beyond a whole turn."""
+
+    name: str
+    apart: float | None
+
+
+@dataclass(frozen=True)
 class Measured:
     """:param model: the object with what was measured. :param views: how many were.
     :param extent_m: its diagonal as it was, all joints at 0.
@@ -35,6 +45,7 @@ class Measured:
         object as it was and by what other views measure.
     :param far: marked axes, the farthest first, by what all measure.
     :param left_out: places of marked objects that are in no pose like the object.
+    :param kept: joints that marks do not determine, and which stay.
     """
 
     model: ObjectModel
@@ -47,6 +58,7 @@ class Measured:
     after_px: float
     far: tuple[Far, ...]
     left_out: tuple[str, ...]
+    kept: tuple[Kept, ...] = ()
 
     @property
     def helps(self) -> bool:
@@ -89,17 +101,57 @@ def measure(
 
 def _measured(model: ObjectModel, eye: Eye, marks: Sequence[Marks], starts: Sequence[Start]) -> Measured:
     """By the starts of some of the marks."""
-    lengths, used = Lengths(model), {id(start.marks) for start in starts}
-    halves = [Views(eye, lengths, half) for half in (starts[::2], starts[1::2])]
-    found = [half.measured() for half in halves]
-    before = np.concatenate([half.off_px(lengths.none, Carried.as_is(half.kin)) for half in halves])
-    after = np.concatenate([half.off_px(*other) for half, other in zip(halves, found[::-1], strict=True)])
-    views = Views(eye, lengths, starts)
-    best, joints = views.measured()
-    places = [start.marks.place for start in starts]
+    fit, kept = _Fit.of(model, eye, starts, {}), dict[str, Kept]()
+    while (unsure := fit.undetermined(kept)) is not None:
+        kept |= unsure
+        fit = _Fit.of(model, eye, starts, kept)
+    joints = fit.joints.without(fit.joints.too_wide(fit.views.kin), fit.views.kin)
+    before = np.concatenate([half.off_px(fit.lengths.none, Carried.as_is(half.kin)) for half in fit.halves])
+    after = np.concatenate([half.off_px(*other) for half, other in zip(fit.halves, fit.found[::-1], strict=True)])
+    places, used = [start.marks.place for start in starts], {id(start.marks) for start in starts}
     return Measured(
-        joints.model(lengths.model_of(best)), lengths.extent_m, tuple(lengths.changes(best)),
-        tuple(joints.changes(model, places)), tuple(views.as_marked().changes(model, places)), len(starts),
-        float(np.median(before)), float(np.median(after)), tuple(views.far(best)),
-        tuple(m.place for m in marks if id(m) not in used),
+        joints.model(fit.lengths.model_of(fit.best)), fit.lengths.extent_m, tuple(fit.lengths.changes(fit.best)),
+        tuple(joints.changes(model, places)), tuple(fit.views.as_marked().changes(model, places)), len(starts),
+        float(np.median(before)), float(np.median(after)), tuple(fit.views.far(fit.best)),
+        tuple(m.place for m in marks if id(m) not in used), tuple(kept.values()),
     )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class _Fit:
+    """Lengths with some joints in place. :param found: what each half of the views measures. :param best, joints: what
+    all do."""
+
+    lengths: Lengths
+    halves: Sequence[Views]
+    found: Sequence[tuple[Array, Carried]]
+    views: Views
+    best: Array
+    joints: Carried
+
+    @classmethod
+    def of(cls, model: ObjectModel, eye: Eye, starts: Sequence[Start], kept: Collection[str]) -> _Fit:
+        lengths = Lengths(model, kept)
+        halves = [Views(eye, lengths, half) for half in (starts[::2], starts[1::2])]
+        views = Views(eye, lengths, starts)
+        return cls(lengths, halves, [half.measured() for half in halves], views, *views.measured())
+
+    def undetermined(self, kept: Collection[str]) -> dict[str, Kept] | None:
+        """A component whose joint these views do not determine, the worst alone, for with it in place others may be
+        found: halves of them, half of whose difference is the deviation of what all tell, put it farther apart than the
+        object file may be off; else one whose limits come to be beyond a whole turn. :param kept: those in place."""
+        model = self.views.kin.model
+        one, other = (self.lengths.joints(values) for values, _ in self.found)
+        off = {name: one[name] - other[name] for name in one}
+        worst = max(off, key=lambda name: float(np.linalg.norm(off[name])), default=None)
+        if worst is not None and np.sqrt(np.mean(off[worst] ** 2)) / 2 > 1.0:
+            return {worst: Kept(_called(model, worst), self.lengths.apart(off[worst]))}
+        wide = zip(model.joint_components, self.joints.too_wide(self.views.kin), strict=True)
+        found = next((c.name for c, beyond in wide if beyond and c.name not in kept), None)
+        return None if found is None else {found: Kept(_called(model, found), None)}
+
+
+def _called(model: ObjectModel, component: str) -> str:
+    """A component's joint, as it is called in results."""
+    joint = model.component(component).joint
+    return (joint and joint.name) or component

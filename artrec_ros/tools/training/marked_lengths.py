@@ -15,7 +15,7 @@ from ...core.geometry.transforms import Array
 from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
-from ...core.learning.size_fit import LEAST_VIEWS, Measured, TooFew, measure
+from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew, measure
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
@@ -117,6 +117,7 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
         yield f"All sizes are beside {model.required.name}/{first}'s, which stays."
         yield from _table(measured.changes, None if metric else measured.extent_m)
         yield from _limits(measured.limits)
+        yield from map(_stays, measured.kept)
     for place in measured.left_out[:_FEW_FAR]:
         yield (
             f"{place}: its marks do not fit '{model.name}' in any pose within its joints' limits, and it was left out: "
@@ -153,6 +154,13 @@ def _limits(changes: tuple[LimitChange, ...]) -> Iterator[str]:
         limits = f"limits {_span(c.old)} stay" if c.new == c.old else f"limits {_span(c.old)} become {_span(c.new)}"
         yield f"  {c.name}: {zero}{limits}{_shown_by(c)}"
     yield "Limits of all other joints stay."
+
+
+def _stays(kept: Kept) -> str:
+    reason = "with limits that hold what is marked it would turn by more than a whole turn"
+    if kept.apart is not None:
+        reason = f"one half of the marked objects puts it {kept.apart:.0%} of the object from where the other half does"
+    return f"Joint {kept.name} stays where the object file has it, for marks do not determine it: {reason}."
 
 
 def _too_narrow(change: LimitChange) -> str:

@@ -163,3 +163,13 @@ def test_distances_are_those_within_limits():
     (outside,) = tight.outside
     assert outside.name == "b" and outside.new[0] == -0.1 and outside.new[1] == pytest.approx(0.75, abs=0.15)
     assert outside.shown_by[1].startswith("annotation")
+
+
+def test_limits_do_not_grow_beyond_a_whole_turn():
+    wide = SHOWN * [15.0, 1.0, 1.0]  # of a joint that shows .4 rad
+    kin = Kinematics(finger())
+    found = carried(kin, told(SHOWN), told(wide))
+    assert found.too_wide(kin).tolist() == [True, False, False]
+    as_it_was = found.without(found.too_wide(kin), kin)
+    np.testing.assert_array_equal([as_it_was.lower, as_it_was.upper], [kin.lower, kin.upper])
+    assert not list(as_it_was.changes(finger(), PLACES))

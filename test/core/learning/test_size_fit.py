@@ -105,6 +105,25 @@ def test_one_mistaken_mark_changes_little_and_is_named():
     assert (far.place, far.component, far.marker) == ("annotation 7", "mast", "post") and far.off_px > 15
 
 
+def with_hook(model, reach):
+    """The same with its ball so far from its axis."""
+    *others, hook = model.components
+    return replace(model, components=(*others, replace(hook, markers=(ball(0.01, (reach, 0.0, 0.0)),))))
+
+
+def test_a_joint_that_marks_do_not_determine_stays_and_is_named():
+    """A ball on an elastic: a circle through where it hangs has its middle anywhere."""
+    rng, true, guessed = np.random.default_rng(9), with_hook(crane(), 0.03), with_hook(crane(arm=0.07), 0.03)
+    marks = flat_marks(true, 10, rng)
+    loose = [m._replace(ends=m.ends + np.eye(4)[3][:, None, None] * rng.normal(0, 15, 2)) for m in marks]
+    measured = measure(guessed, loose, None)
+    assert measured.helps and [kept.name for kept in measured.kept] == ["hook"]
+    joint, old = (model.component("hook").joint for model in (measured.model, guessed))
+    np.testing.assert_array_equal(joint.T_parent_joint.position, old.T_parent_joint.position)
+    assert np.linalg.norm(measured.model.component("arm").markers[0].head) == pytest.approx(0.08, rel=0.02)
+    assert not measure(guessed, marks, None).kept
+
+
 def test_what_is_marked_as_it_cannot_lie_is_left_out():
     marks = flat_marks(crane(), 8, np.random.default_rng(8))
     marks[3] = marks[3]._replace(ends=marks[3].ends[::-1])  # each axis where another one is

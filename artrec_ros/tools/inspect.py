@@ -29,6 +29,7 @@ from ..io.parameters.specs import EXPERT
 from ..io.parameters.unread import unread
 from .inspecting.inspection import calibrated_images, problems
 from .inspecting.model_report import counted, summary
+from .inspecting.next_step import next_steps
 from .inspecting.scene_report import draw_scene, scene_lines
 from .inspecting.silent_topics import silent_topics
 from .options.outputs import check_drawing
@@ -74,6 +75,8 @@ def run(args: argparse.Namespace) -> int:
         print(line)
     if args.scene is not None:
         print(draw_scene(items, args.scene))
+    for line in next_steps(items):
+        print(f"next: {line}")
     found = list(dict.fromkeys(problems(items)))
     for line in found:
         print(f"problem: {line}")

@@ -343,6 +343,20 @@ def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, confi
     assert inspect(capsys, tmp_path / "more.yaml")[0] == 0
 
 
+def test_colours_that_a_later_step_learns_are_the_next_step_and_no_problem(tmp_path, config, capsys):
+    parameters, more = config / "excavator.yaml", tmp_path / "colours to learn.yaml"
+    more.write_text(
+        "/**: {ros__parameters: {image: {kind: colour, classes: [red, blue], red: {label: 2}, blue: {label: 6}}}}"
+    )
+    code, printed, problems = inspect(capsys, parameters, more)
+    assert (code, problems) == (0, []), printed
+    command = f"artrec learn-colours --annotations COCO.json --params-file {parameters} --params-file '{more}' -o"
+    assert f"next: {parameters} has no colours yet for red, blue: {command} colours.yaml" in printed
+    more.write_text(more.read_text().replace("label: 2", "label: 2, hue: [345, 15]"))  # some are told: one is forgotten
+    code, printed, problems = inspect(capsys, parameters, more)
+    assert code == 1 and any("no colour is given for blue" in line for line in problems) and "next: " not in printed
+
+
 def test_reports_of_artrec_are_told(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     truth = write_truth(tmp_path / "truth.jsonl")

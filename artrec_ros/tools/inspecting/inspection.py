@@ -23,6 +23,7 @@ from ...io.learned.annotations import IDENTITY, AnnotatedObject, Annotations
 from ...io.learned.constraints import load_constraints
 from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
+from ...io.parameters.targets import colourless
 from .camera_report import odd_calibration
 from .model_report import buried, odd_units, on_own_colour, unborne
 from .nothing_left import nothing_left
@@ -155,7 +156,9 @@ def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str
 
 
 def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
-    yield from (f"{path}: {line}" for line in setup.lacks(calibrated_images(items) is not False))
+    later = list(colourless(setup.image)) if setup.image.is_uncoloured else []  # learning them is the next step
+    lacks = setup.lacks(calibrated_images(items) is not False)
+    yield from (f"{path}: {line}" for line in lacks if line not in later)
     used = {t.model.name for t in setup.targets}
     for other, model in _all(items, ObjectModel):
         if model.name not in used:
@@ -204,8 +207,8 @@ def _where(path: Path, sample: Sample) -> str:
 
 
 def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[str]:
-    if setup.image.kind == "colour" and all(c.is_bare for c in setup.image.classes.values()):
-        return  # nobody has told the colours yet
+    if setup.image.is_uncoloured:
+        return
     seen: set[int] = set()
     segmenter = Segmenter(setup.image)
     where = _where(other, sample)

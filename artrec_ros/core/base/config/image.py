@@ -161,6 +161,11 @@ class ImageConfig:
             cls.check(self.kind, f"image.{name}.")
 
     @property
+    def is_uncoloured(self) -> bool:
+        """Whether nobody has told the colours of any class yet."""
+        return self.kind == "colour" and all(cls.is_bare for cls in self.classes.values())
+
+    @property
     def named_labels(self) -> tuple[tuple[str, int], ...]:
         """Each class' name and label."""
         return tuple((name, cls.label) for name, cls in self.classes.items())

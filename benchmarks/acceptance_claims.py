@@ -233,7 +233,7 @@ class Watcher:
         numbers = {component.name: c for c, component in enumerate(surface.model.components)}
         for part in self._describers[verdict.claim.finder.target.name].describe([verdict], image)[0].components:
             c = numbers[part.component]
-            if c != verdict.claim.finder.root:
+            if c != verdict.claim.finder.root and c in rows:  # else only a pose at rest shows it
                 seen = [m for m in truth.markers if pattern or m.component == part.component] if truth else []
                 right = any(_is_on(np.array([part.x, part.y]), m) for m in seen)
                 self.parts.append((part.score, rows[c], right))

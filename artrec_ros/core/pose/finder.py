@@ -57,7 +57,8 @@ class WholeObjectFinder:
         self.target, self.config, self._search = target, config, config.search
         votes = config.votes
         if facing and codes is not LABELS:
-            votes = replace(votes, ring_px=config.facing.colour_ring_px)
+            colour = config.facing
+            votes = replace(votes, ring_px=colour.colour_ring_px, inside_empty=colour.colour_inside_empty)
         self.surface = SpatialModel(target.model, target.label, votes, codes)
         if facing:  # it is judged by as few points as its curves were fitted with
             self.surface.limits = self.surface.limits._replace(point_px=np.inf)

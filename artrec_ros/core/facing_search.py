@@ -125,7 +125,11 @@ class FacingSearch:
         kept = self._few_of_each_place(frame, found, self._config.facing.rivals)
         few, swollen = found[kept], np.sort(swollen)[kept]  # as `each` orders them
         found = self._sizes.each(swollen, lambda finder, rows: self._settled(finder, frame, few[rows]))
-        return found.poses[self._few_of_each_place(frame, found, self._config.facing.rivals)]
+        found = found[self._few_of_each_place(frame, found, self._config.facing.rivals)]
+        if self._directions.turned == 1 or len(mine) > self._config.facing.swollen_most:
+            return found.poses
+        larger = self._sizes.larger(frame, found, self._climbs[1])
+        return (found + larger[self._few_of_each_place(frame, larger, self._config.facing.rivals)]).poses
 
     def _settled(self, finder: WholeObjectFinder, frame: ImageFrame, few: Ranked) -> Ranked:
         """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are

@@ -13,6 +13,7 @@ from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.ranked import Ranked, first_of_each
 from .pose.surface_model import Poses
@@ -32,7 +33,8 @@ class FacingSizes:
         self._apart = len(model.components) > 1 and len(finder.swollen) > 0
         self._ratio, self._small_px = config.facing.scale_ratio, config.guesses.small_px
         areas = [m.area for component in model.components for m in component.markers]
-        self._least_share = min(areas) / max(m.area for m in model.required.markers)
+        self._least_area = min(areas)
+        self._least_share = self._least_area / max(m.area for m in model.required.markers)
 
     def matter(self, blob: Blob) -> bool:
         """Whether an object whose required component made a blob has small markers, be they others."""
@@ -58,6 +60,15 @@ class FacingSizes:
         :param swollen: (H,) which look larger. :param do: takes a finder of markers that look so, and indices.
         """
         return do(self._plain, np.flatnonzero(~swollen)) + do(self._swollen, np.flatnonzero(swollen))
+
+    def larger(self, frame: ImageFrame, few: Ranked, climb: Climb) -> Ranked:
+        """Hypotheses with small markers, after a climb and a fit to the contours with markers that look larger than
+        they are. About a disc so many directions are tried that nobody has time to try each at two scales before."""
+        area = self._least_area * (frame.camera.focal_px / self._plain.required.anchors(few.poses)[:, 2]) ** 2
+        rows = np.flatnonzero(area < self._small_px)
+        if not self._apart or not len(rows) or frame.deadline.expired:
+            return few[:0]
+        return self._swollen.polished(frame, few[rows], climb)
 
     def _smaller(self, frame: ImageFrame, poses: Poses, limits: ScaleLimits) -> tuple[Poses, NDArray[np.bool_]]:
         """The same a step of the scale smaller, about the required component, and whether the scale may be so (H,)."""

@@ -187,8 +187,11 @@ class Verdict:
         return "is out of sight" if case.startswith("unseen") else "bears no labels" if case.startswith("faded") else ""
 
 
-def verdicts_of(claims: Claims) -> Verdicts:
-    """Which components the labels confirm of each claim, by which marker, and how probable that makes it."""
+def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
+    """Which components the labels confirm of each claim, by which marker, and how probable that makes it.
+
+    :param sizes: of which markers may look: chance bears out each claim as many times as easily.
+    """
     finder = claims.finder
     surface, config, n = finder.surface, finder.config, (len(claims), len(finder.surface.model.components))
     thin_px = 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
@@ -220,6 +223,7 @@ def verdicts_of(claims: Claims) -> Verdicts:
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
     times = _of_several(found.confirmed, surface) if surface.several.any() else np.ones(n[0])
     times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
+    times = sizes * times
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 

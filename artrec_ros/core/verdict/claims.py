@@ -117,6 +117,13 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
     )
 
 
+def swollen(claims: Claims, larger: WholeObjectFinder) -> Claims:
+    """The same as they look with markers larger than they are. :param larger: one of `WholeObjectFinder.swollen`."""
+    free = claims.frame.unowned
+    full_px = larger.voter.judge(free, claims.poses, occlusion=True, covered=larger.facing).area_px
+    return claims_of(larger, claims.poses, claims.frame, Seen(full_px, claims.seen.even))
+
+
 def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:
     """(H,) see `Claims`, of claims with their required components at points (H, 3)."""
     limits = scale_limits(finder.config, None)

@@ -11,7 +11,17 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
 from ..model.chain_kernels import Chain, place_all
 from ..pose.covering_kernels import COVERED, cover
-from ..pose.surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, find_inner, points_of, room_of
+from ..pose.surface_kernels import (
+    LEAST_DEPTH_M,
+    Room,
+    Surface,
+    SurfaceLimits,
+    aspect,
+    beside,
+    find_inner,
+    points_of,
+    room_of,
+)
 from ..pose.vote_kernels import LEAST_KNOWN, is_supported
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
@@ -82,7 +92,7 @@ def along_outline(
     """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), the share
     of it that does not lie amid its class, and that over which the object's own parts do not lie; of what nobody owns
     in the image, 0 where that is nothing. Where another side of its component begins is no outline."""
-    k, ring_px, own = s.marker_of[p], limits.ring_px, s.own[s.role[p]]
+    k, own, (out_px, in_px) = s.marker_of[p], s.own[s.role[p]], beside(limits)
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
@@ -93,8 +103,8 @@ def along_outline(
         if meets and goes_on[i]:
             continue
         outer += 1
-        beyond = view.padded[padded_pixel(u[i] + ring_px * nu[i], v[i] + ring_px * nv[i], view)]
-        within = view.padded[padded_pixel(u[i] - ring_px * nu[i], v[i] - ring_px * nv[i], view)]
+        beyond = view.padded[padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)]
+        within = view.padded[padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)]
         if beyond != limits.outside and beyond != limits.owned:
             seen += 1
             if is_open[i] == COVERED:

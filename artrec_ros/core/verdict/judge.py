@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
-from .claims import Seen, claims_of
+from .claims import Seen, claims_of, swollen
 from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
@@ -61,16 +61,19 @@ class Judge:
         trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
         return np.where(self.may_stand(verdicts), trusted, -np.inf)
 
-    def worth_swollen(self, verdicts: Verdicts) -> Iterator[tuple[Array, float]]:
-        """(H,) trusted votes with markers that look larger than they are, and how much larger, pixels: for each of
-        `WholeObjectFinder.swollen`. 0 of what is no object, and where the scale is known: there nothing is mistaken."""
+    def swollen(self, verdicts: Verdicts) -> Iterator[tuple[Verdicts, Array, float]]:
+        """Verdicts on the same claims with markers that look larger than they are, their trusted votes (H,) so, and how
+        much larger, pixels: for each of `WholeObjectFinder.swollen`. 0 where the scale is known: there nothing is
+        mistaken. Chance bears out as many times as easily what may be of one of several sizes."""
         claims = verdicts.claims
-        finder, poses = claims.finder, claims.poses
+        finder = claims.finder
         unknown = claims.known > math.log(finder.config.facing.scale_ratio)
-        trust = np.where(self.accepts(verdicts) & unknown, _trust(verdicts), 0.0)
-        for larger in finder.swollen if trust.any() else ():
-            votes = larger.voter.total(larger.voter.judge(claims.frame, poses, occlusion=True, covered=True))
-            yield trust * votes, larger.surface.limits.swollen_px
+        may_be = unknown & self.may_stand(verdicts)
+        for larger in finder.swollen if may_be.any() else ():
+            again = verdicts_of(swollen(claims, larger), 1 + len(finder.swollen))
+            again = replace(again, claims=replace(again.claims, finder=finder))
+            worth = np.where(may_be, np.maximum(self.worth(again), 0.0), 0.0)
+            yield again, worth, larger.surface.limits.swollen_px
 
     def may_stand(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim has votes enough."""

@@ -93,7 +93,7 @@ class _Field:
             if len(mine):
                 verdicts = self._judge_of(g, mine, frame, known=True)
                 if self._swells[g]:
-                    self._swell(mine, self._judge.worth_swollen(verdicts))
+                    self._swell(mine, self._judge.swollen(verdicts))
 
     def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> Verdicts:
         group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
@@ -109,19 +109,21 @@ class _Field:
         larger.
 
         Else a wrong one takes their place, at a scale as large as they seem to be, or what they leave of their blobs
-        does. The verdicts stay: of plain ones is known how far they are to be trusted.
+        does; and of small markers that look a pixel larger all of the outline lies amid their class.
         """
         rows = np.concatenate([mine for mine, _ in looks])
-        larger = [(mine, list(self._judge.worth_swollen(verdicts))) for mine, verdicts in looks]
-        full = np.concatenate([worths[-1][0] if worths else np.zeros(len(mine)) for mine, worths in larger])
+        larger = [(mine, list(self._judge.swollen(verdicts))) for mine, verdicts in looks]
+        full = np.concatenate([again[-1][1] if again else np.zeros(len(mine)) for mine, again in larger])
         self._swells[g] = self._of_the_best(rows, full) > self._of_the_best(rows, self.worth[rows])
-        for mine, worths in larger if self._swells[g] else ():
-            self._swell(mine, worths)
+        for mine, again in larger if self._swells[g] else ():
+            self._swell(mine, again)
 
-    def _swell(self, rows: NDArray[np.int64], larger: Iterable[tuple[Array, float]]) -> None:
-        for worth, by_px in larger:
-            better = worth > self.worth[rows]
+    def _swell(self, rows: NDArray[np.int64], larger: Iterable[tuple[Verdicts, Array, float]]) -> None:
+        for verdicts, worth, by_px in larger:
+            better = np.flatnonzero(worth > self.worth[rows])
             self.worth[rows[better]], self._swollen_px[rows[better]] = worth[better], by_px
+            for i in better.tolist():
+                self._last[int(rows[i])] = verdicts, i
 
     def _of_the_best(self, rows: NDArray[np.int64], worth: Array) -> float:
         """What those of some that meet no better one are worth together."""

@@ -103,7 +103,7 @@ BOW = [[0, 0], [1, 1], [1, 0], [0, 1]]
         ("markers/dot/disc/radius", 1e200, ("disc.radius", "greatest value 1000")),
         ("components/arm/joint/axis", [1e308, 0, 0], ("joint.axis[0]", "greatest value")),
         ("components/arm/joint/limits", [-1e308, 1e308], ("joint.limits[0]", "least value")),
-        ("markers", None, ("components.base.markers.flag", "known: none")),
+        ("markers", None, ("markers", "missing")),
         ("components", {}, ("components", "exactly one")),
         ("markers/flag/outline", BOW, ("markers.flag.outline", "crosses itself", "point 0", "point 2")),
         ("markers/flag/outline", [[0, 0], [1, 0]], ("markers.flag.outline", "3 points")),

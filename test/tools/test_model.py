@@ -172,6 +172,23 @@ components:
     assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
 
 
+@pytest.mark.parametrize("shape", ["box: {size: [0.1, 0.06, 0.04]}", "cylinder: {radius: 0.03, length: 0.001}"])
+def test_solids_are_not_told_to_be_what_they_are(tmp_path, shape):
+    """A coin's sides are of one component and many; of two of one class side by side there is but one way out."""
+    text = f"""
+format: artrec_object/1
+name: toy
+components:
+  one: {{required: true, label: 1, {shape}}}
+"""
+    (path := tmp_path / "toy.yaml").write_text(text)
+    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "component" in n]
+    if "box" in shape:
+        path.write_text(text + "  two: {label: 1, box: {size: [0.1, 0.06, 0.04], xyz: [0.1, 0, 0]}}\n")
+        lines = advice(find_ambiguities(load_object(path, {})), None, None)
+        assert not [n for n in lines if "one component" in n] and [n for n in lines if "leave a gap" in n]
+
+
 BOARD = """
 format: artrec_object/1
 name: board

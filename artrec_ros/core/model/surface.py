@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.errors import ConfigError
 from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
 from .objects import Component, Marker, ObjectModel
@@ -21,7 +22,9 @@ CONTOUR_POINTS = 32  # per marker
 FACE_POINTS = 20  # per box face
 COVER_DEPTH_M = 0.02  # a marker this close in front of a face hides it
 _BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked for others
-_MEETING = 0.05  # of a marker's width: who is so near meets it
+MEETING = 0.05  # of a marker's width: who is so near meets it
+_ROUNDED_M = 2e-5  # object files that are written have places to a hundredth of a millimetre
+_SLIVER = 0.02  # of its bounding box: sampled in that, what is narrower takes long
 ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
 
 
@@ -100,11 +103,13 @@ def meeting_contour(patches: list[Patch]) -> NDArray[np.int64]:
     markers = [p for p in patches if p.marker is not None]
     out = np.full((len(markers), CONTOUR_POINTS), -1)
     for row, mine in zip(out, markers, strict=True):
-        near_m = _MEETING * np.sqrt(mine.area)
+        nearest = np.full(CONTOUR_POINTS, MEETING * np.sqrt(mine.area))
         for j, other in enumerate(markers):
             aslant = abs(mine.normal @ other.normal) < ASLANT
             if aslant and mine.component == other.component:
-                row[_off(other, mine.contour) < near_m] = j
+                off = _off(other, mine.contour)
+                row[off < nearest] = j
+                nearest = np.minimum(nearest, off)
     return out
 
 
@@ -135,6 +140,8 @@ def sample_polygon(outline: Array, n: int) -> Array:
     notice that a model outgrows its blob.
     """
     low, high = outline.min(axis=0), outline.max(axis=0)
+    if abs(signed_area(outline)) < _SLIVER * np.prod(high - low):  # its bounding box holds hardly any of it
+        return _sample_sliver(outline, n)
     found = np.zeros((0, 2))
     draw = 4 * n
     while len(found) < n:
@@ -144,6 +151,16 @@ def sample_polygon(outline: Array, n: int) -> Array:
         found = points[contains(outline, points)]
         draw *= 2
     return found[:n]
+
+
+def _sample_sliver(outline: Array, n: int) -> Array:
+    """The same along its principal axes. :raises ConfigError: it has no area to speak of even so."""
+    middle = outline.mean(axis=0)
+    _, _, axes = np.linalg.svd(outline - middle, full_matrices=False)
+    along = (outline - middle) @ axes.T
+    if abs(signed_area(along)) < _SLIVER * np.prod(np.ptp(along, axis=0)):
+        raise ConfigError("an outline is so thin and bent that it has no inside to speak of")
+    return sample_polygon(along, n) @ axes + middle
 
 
 def contains(outline: Array, points: Array) -> np.ndarray:
@@ -210,6 +227,6 @@ def _covered(component: Component, points: Array, normal: Array) -> np.ndarray:
         if T is None or T.rotation[:, 2] @ normal < 0.9:
             continue
         local = T.inverse().apply(points)
-        close = (local[:, 2] <= 1e-6) & (local[:, 2] > -COVER_DEPTH_M)
+        close = (local[:, 2] <= _ROUNDED_M) & (local[:, 2] > -COVER_DEPTH_M)
         hidden |= close & contains(marker.outline, local[:, :2])
     return hidden

@@ -166,7 +166,9 @@ def _covered(moved: Pose, markers: list[_Placed]) -> int:
     size = np.array([m.marker.area**0.5 for m in markers])
     near = np.linalg.norm(moved.apply(at)[:, None] - at, axis=2) < _NEAR * size
     alike = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
-    alike &= np.array([[a.labels == b.labels for b in markers] for a in markers])
+    numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
+    of = np.array([numbers[m.labels] for m in markers])
+    alike &= of[:, None] == of
     return int((near & alike).any(axis=1).sum())
 
 

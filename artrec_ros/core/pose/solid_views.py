@@ -17,12 +17,13 @@ from numpy.typing import NDArray
 from ..base.config import GuessesConfig
 from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
+from ..model.surface import MEETING
 from .surface_model import SpatialModel
 from .views import MarkerView, view_of
 
 _EXTENT_PX = 160  # of what is drawn: a pixel is nothing beside the angle between two directions
-_CLOSED = 0.05  # of a marker's width: gaps that are closed, as `surface.meeting_contour` takes such for none
 _LEAST_PIECE = 0.15  # of the largest: what lies before it may leave it in several, and none that is smaller tells much
+_LEAST_PX = 4.0  # what is smaller has no outline
 _GOLDEN_RAD = np.pi * (3 - 5**0.5)
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -51,21 +52,28 @@ def solids_of(surface: SpatialModel, component: int, config: GuessesConfig) -> l
     """Of all groups of one component's markers that meet."""
     groups = list(_groups(surface, component))
     faces = _rigid_faces(surface, component) if groups else []
-    return [_solid(surface, group, faces, config) for group in groups]
+    solids = [_solid(surface, group, faces, config) for group in groups]
+    return [solid for solid in solids if solid.views]  # others are not seen together
 
 
 def _groups(surface: SpatialModel, component: int) -> Iterator[list[int]]:
     """Rows of markers that lead to each other."""
     left = set(np.flatnonzero(surface.component[surface.markers] == component).tolist())
+    meets = _meet(surface, sorted(left))
     while left:
         group, new = set[int](), {min(left)}
         while new:
             group |= new
-            met = {int(j) for k in new for j in np.unique(surface.meeting[k])}
-            new = met - group - {-1}
+            new = {j for j in left - group if any((k, j) in meets for k in new)}
         left -= group
         if len(group) > 1:
             yield sorted(group)
+
+
+def _meet(surface: SpatialModel, rows: list[int]) -> set[tuple[int, int]]:
+    """Pairs of markers of which either one's contour meets the other: a short edge may have none of its own points."""
+    found = {(k, int(j)) for k in rows for j in np.unique(surface.meeting[k]) if j >= 0}
+    return found | {(j, k) for k, j in found}
 
 
 def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
@@ -79,7 +87,8 @@ def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
             patch = surface.patches[p]
             out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, bool(labels & set(patch.labels))))
         part = surface.model.components[c]
-        for box, axis, sign in product(part.bodies, range(3), (-1.0, 1.0)):
+        bodies = part.bodies if (surface.component[~surface.is_marker] == c).any() else ()  # else markers close it in
+        for box, axis, sign in product(bodies, range(3), (-1.0, 1.0)):
             corners = np.empty((4, 3))
             corners[:, (axis + 1) % 3], corners[:, (axis + 2) % 3], corners[:, axis] = *_SQUARE.T, sign
             normal = R @ (sign * box.T_component_box.rotation[:, axis])
@@ -91,8 +100,9 @@ def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
 def _solid(surface: SpatialModel, group: list[int], faces: list[_Face], config: GuessesConfig) -> Solid:
     patches = [surface.patches[p] for p in surface.markers[group]]
     centre, normals = np.mean([p.drawn[0] for p in patches], axis=0), np.array([p.normal for p in patches])
-    meet = np.array([[j in surface.meeting[k] for j in group] for k in group])
-    gap_m, least = _CLOSED * min(p.area for p in patches) ** 0.5, surface.limits.least_cosine
+    meets = _meet(surface, group)
+    meet = np.array([[(k, j) in meets for j in group] for k in group])
+    gap_m, least = MEETING * min(p.area for p in patches) ** 0.5, surface.limits.least_cosine
     views, turns = list[MarkerView](), list[Array]()
     for turn in _all_around(config.solid_directions):
         seen = normals @ turn[2] < -least
@@ -135,6 +145,6 @@ def _silhouettes(faces: list[_Face], turn: Array, centre: Array, gap_m: float) -
         nearest[before], own[before] = depth[before], face.has_class
     own = cv2.morphologyEx(own, cv2.MORPH_CLOSE, np.ones((gap_px + 1,) * 2, np.uint8))
     contours, _ = cv2.findContours(own, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE)
-    least_px = _LEAST_PIECE * max(map(cv2.contourArea, contours), default=0.0)
+    least_px = max(_LEAST_PIECE * max(map(cv2.contourArea, contours), default=0.0), _LEAST_PX)
     pieces = [cv2.approxPolyDP(c, 0.5, True)[:, 0] for c in contours if cv2.contourArea(c) > least_px]
-    return [(piece - margin) * unit + low for piece in pieces if len(piece) > 2]
+    return [(piece - margin) * unit + low for piece in pieces if cv2.contourArea(piece) > _LEAST_PX]

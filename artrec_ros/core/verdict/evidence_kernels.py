@@ -141,6 +141,8 @@ def outline_of(
         around += length
         weight = length if together else 1.0
         rims, parts, total = rims + weight * rim, parts + weight * parted, total + weight
+    if together and around <= 0.0:
+        return 0.0, 0.0, 1.0  # what would part it from others is out of sight
     # nothing, where it does not vote
     return (votes - inside) / max(around, 1e-12), rims / max(total, 1e-12), parts / max(total, 1e-12)
 

@@ -163,6 +163,8 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
             raise given[also[0]].error(f"a component that is a {solid[0]} of one colour is nothing else beside that")
         markers, bodies = _SOLIDS[solid[0]](given[solid[0]])
     elif "markers" in given:
+        if not shapes and given["markers"].entries():
+            raise given["markers"].error("the file's own `markers` are missing, whose shapes these have")
         markers = tuple(_read_place(n, v, shapes) for n, v in given["markers"].entries().items())
     else:
         raise value.error(

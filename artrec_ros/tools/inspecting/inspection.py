@@ -27,6 +27,7 @@ from ...io.parameters.targets import colourless
 from .camera_report import odd_calibration
 from .model_report import buried, odd_units, on_own_colour, unborne
 from .nothing_left import nothing_left
+from .structure import split_sides
 
 T = TypeVar("T")
 
@@ -43,7 +44,9 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, sample in _all(items, Sample):
         yield from (f"{path}: {p}" for p in sample.problems)
     for name, model in _models(items).items():
-        yield from (f"{name}: {line}" for line in (*buried(model), *odd_units(model), *unborne(model)))
+        yield from (
+            f"{name}: {line}" for line in (*buried(model), *odd_units(model), *unborne(model), *split_sides(model))
+        )
     for path, setup in _all(items, Setup):
         for t in setup.targets:
             yield from (f"{path}: {t.name}: {line}" for line in on_own_colour(t.model, t.label))

@@ -11,11 +11,10 @@ import numpy as np
 from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.surface import ASLANT, sample_contour
+from ...core.model.surface import ASLANT, MEETING, meeting_contour, patches_of, sample_contour
 
 _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
-_TOUCHING = 0.05  # of the root of a marker's area: who is so near
 _ALONG = 0.08  # along such a share of its outline, adjoins
 _BACK_TO_BACK = -0.7  # cosine: who face more away from each other are not seen together
 _ONE_WAY = 0.7  # cosine: who face so nearly one way are mostly seen together
@@ -32,6 +31,15 @@ class _Placed(NamedTuple):
     size_m: float
     component: int
     moves: tuple[bool, ...]  # by which joints it does
+    is_of_solid: bool  # of a component whose markers meet all around
+
+    @property
+    def low(self) -> Array:
+        return np.asarray(self.outline.min(axis=0))
+
+    @property
+    def high(self) -> Array:
+        return np.asarray(self.outline.max(axis=0))
 
 
 def structure(model: ObjectModel) -> Iterator[str]:
@@ -72,7 +80,11 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
     """A line for sides of one class, of components that are rigid to each other, that meet at an angle."""
     if not model.is_spatial:
         return
-    for group in _groups(_placed(model), lambda a, b: _aslant(a, b) and a.component != b.component):
+
+    def split(a: _Placed, b: _Placed) -> bool:
+        return a.component != b.component and _aslant(a, b) and not (a.is_of_solid and b.is_of_solid)
+
+    for group in _groups(_placed(model), split):
         yield (
             f"{shortened([m.name for m in group])} are sides of one class that meet: make them markers of one "
             "component; as components of their own each seems to bear out the others, and objects are told that are "
@@ -83,7 +95,11 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
 def _adjoining(model: ObjectModel) -> list[list[str]]:
     """Groups of markers of one class that meet along an edge; but for sides that meet at an angle: those of one
     component are looked for together, of others `split_sides` tells."""
-    groups = _groups(_placed(model), lambda a, b: not _aslant(a, b))
+
+    def beside(a: _Placed, b: _Placed) -> bool:
+        return not _aslant(a, b) or (a.component != b.component and a.is_of_solid and b.is_of_solid)
+
+    groups = _groups(_placed(model), beside)
     return [[m.name for m in group] for group in groups]
 
 
@@ -91,22 +107,30 @@ def _placed(model: ObjectModel) -> list[_Placed]:
     """Markers of one class each, joints mid-range."""
     kin = Kinematics(model)
     frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
+    solid = _solids(model)
     for c, part in enumerate(model.components):
         for marker in part.markers:
             if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
                 points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
                 outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
                 normal = frames.R[0, c] @ T.rotation[:, 2]
-                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist())
+                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist()), c in solid
                 known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), *about))
     return known
+
+
+def _solids(model: ObjectModel) -> set[int]:
+    """Components whose markers meet all around."""
+    patches = patches_of(model, 1)
+    of = [[p for p in patches if p.component == c and p.marker is not None] for c in range(len(model.components))]
+    return {c for c, markers in enumerate(of) if len(markers) > 1 and (meeting_contour(markers) >= 0).all()}
 
 
 def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) -> list[list[_Placed]]:
     """Those that meet and are linked, directly or by others."""
     groups = [[m] for m in known]
     for a, b in combinations(known, 2):
-        if a.labels == b.labels and _meet(a, b) and linked(a, b):
+        if a.labels == b.labels and linked(a, b) and _meet(a, b):
             first, second = (next(g for g in groups if any(m is one for m in g)) for one in (a, b))
             if first is not second:
                 first += second
@@ -121,9 +145,11 @@ def _aslant(a: _Placed, b: _Placed) -> bool:
 
 def _meet(a: _Placed, b: _Placed) -> bool:
     """Whether two markers have an edge in common, or much of one's, and may be seen together."""
-    near_m = _TOUCHING * min(a.size_m, b.size_m)
+    near_m = MEETING * min(a.size_m, b.size_m)
+    if a.normal @ b.normal <= _BACK_TO_BACK or (a.low > b.high + near_m).any() or (b.low > a.high + near_m).any():
+        return False
     along = max((_off(x.outline, y.outline) < near_m).mean() for x, y in ((a, b), (b, a)))
-    return bool(along > _ALONG and a.normal @ b.normal > _BACK_TO_BACK)
+    return bool(along > _ALONG)
 
 
 def _off(points: Array, outline: Array) -> Array:
@@ -140,7 +166,7 @@ def _seen_together(model: ObjectModel) -> list[str]:
     pairs = [
         (a, b)
         for a, b in combinations(known, 2)
-        if a.component == b.component and a.normal @ b.normal > _ONE_WAY and not _meet(a, b)
+        if a.component == b.component and not a.is_of_solid and a.normal @ b.normal > _ONE_WAY and not _meet(a, b)
     ]
     return list(dict.fromkeys(m.name for pair in pairs for m in pair))
 

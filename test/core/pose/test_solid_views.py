@@ -15,10 +15,12 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.pose_fit import contour_fit
 from artrec_ros.core.pose.solid_views import solids_of
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.io.objects.solids import box_solid, cylinder_solid
 
 CAMERA = camera_of((640, 480), 600.0)
@@ -147,3 +149,48 @@ def test_a_cylinder_of_one_colour_is_found_as_it_lies():
         )
         assert np.linalg.norm(one.pose.position - pose.t[0]) < 0.02
         assert abs(one.pose.rotation[:, 2] @ pose.R[0, :, 2]) > np.cos(np.radians(4))
+
+
+@pytest.mark.parametrize(("radius", "length"), [(0.05, 0.2), (0.01, 0.3), (0.005, 0.3), (0.1, 0.005)])
+def test_a_rod_is_one_solid_that_looks_as_large_as_it_is(radius, length):
+    """However thin: what its body has inside does not cut it up."""
+    markers, bodies = cylinder_solid(radius, length, Pose.identity())
+    model = ObjectModel("rod", (Component("rod", markers, required=True, bodies=bodies),))
+    (solid,) = solids_of(SpatialModel(model, RED, DEFAULTS.votes), 0, DEFAULTS.guesses)
+    sine = np.hypot(*solid.flips[0, :, 2, :2].T)
+    shadow = 2 * radius * length * sine + np.pi * radius**2 * np.abs(solid.flips[0, :, 2, 2])
+    areas = np.array([v.area for v in solid.views])
+    np.testing.assert_allclose(areas, shadow, rtol=0.15)
+
+
+def test_sides_that_are_never_seen_together_are_no_solid():
+    """Two stickers on a sharp wedge meet, and each turns away where the other faces."""
+    half = np.radians(7)
+    turns = [rotation_from_rotvec([0.0, s * (np.pi / 2 - half), 0.0]) for s in (1, -1)]
+    sides = tuple(
+        marker(f"side_{n}", [(-0.02, -0.02), (0.02, -0.02), (0.02, 0.02), (-0.02, 0.02)], R, R @ (-0.02 * s, 0, 0))
+        for n, (R, s) in enumerate(zip(turns, (-1, 1), strict=True))
+    )
+    model = ObjectModel("wedge", (Component("wedge", sides, required=True),))
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
+    recognized(model, [at()])  # it is made ready all the same
+    assert all(len(solid.views) for solid in solids_of(surface, 0, DEFAULTS.guesses))
+
+
+def test_a_side_between_others_in_view_is_parted_by_them():
+    """From above a frustum's sides are all in view around its top, which has no outline of its own then."""
+    low, high, tall = 0.08, 0.06, 0.05
+    slope = np.array([low - high, 0.0, tall]) / np.hypot(low - high, tall)
+    side = [(-low, -0.5), (low, -0.5), (high, 0.5), (-high, 0.5)] * np.array([1.0, np.hypot(low - high, tall)])
+    parts = [marker("top", [(-high, -high), (high, -high), (high, high), (-high, high)], np.eye(3), (0, 0, tall))]
+    for k in range(4):
+        up = slope * (-1, 1, 1)
+        R = np.stack([(0, 1, 0), up, np.cross((0, 1, 0), up)], axis=1)
+        turn = rotation_from_rotvec([0.0, 0.0, k * np.pi / 2])
+        parts.append(marker(f"side_{k}", side, turn @ R, turn @ np.array([(low + high) / 2, 0, tall / 2])))
+    model = ObjectModel("frustum", (Component("frustum", tuple(parts), required=True),))
+    pose = Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 0)))
+    finder = WholeObjectFinder(Target("frustum", model, RED), RecognizerConfig())
+    seen = ImageFrame(LabelField(render(CAMERA, [(model, pose, RED)])), CAMERA)
+    (verdict,) = Judge.of(RecognizerConfig()).verdicts(finder, pose, seen)
+    assert verdict.evidence.rim > 0.8 and verdict.evidence.parted > 0.9 and verdict.probability > 0.6

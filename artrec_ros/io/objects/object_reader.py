@@ -16,12 +16,11 @@ from ...core.model.names import check_name
 from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
-from .solids import Solid, ball_solid, box_solid, cylinder_solid, rectangle
+from .places import MOST_M, SOLIDS, read_box, read_direction, read_pose
+from .solids import rectangle
 from .urdf import link_body
 
 FORMAT = "artrec_object/1"
-_MOST_M = 1000.0  # of any length: more is a wrong unit, and much more overflows
-_MOST_RAD = 1000.0
 
 
 def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None) -> ObjectModel:
@@ -117,9 +116,9 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
             raise entry.error("axis: this key is missing; a polygon needs its axis: [[x, y] tail, [x, y] head]")
     elif found[0] == "rectangle":
         size = shape.fields(required=("width", "height"))
-        outline = rectangle(*(size[k].number(high=_MOST_M, above=0) for k in ("width", "height")))
+        outline = rectangle(*(size[k].number(high=MOST_M, above=0) for k in ("width", "height")))
     elif found[0] == "disc":
-        radius = shape.fields(required=("radius",))["radius"].number(high=_MOST_M, above=0)
+        radius = shape.fields(required=("radius",))["radius"].number(high=MOST_M, above=0)
         outline = disc_outline(radius)
     else:
         outline = _read_silhouette(shape)
@@ -128,14 +127,14 @@ def _read_shape(entry: Value) -> tuple[Array, Array, Array, float | None]:
 
 
 def _read_axis(value: Value) -> tuple[Array, Array]:
-    ends = value.points(2, _MOST_M)
+    ends = value.points(2, MOST_M)
     if len(ends) != 2:
         raise value.error(f"needs two points [x, y], tail and head; has {len(ends)}")
     return ends[0], ends[1]
 
 
 def _read_polygon(value: Value) -> Array:
-    outline = value.points(3, _MOST_M)
+    outline = value.points(3, MOST_M)
     if (corner := folded_corner(outline)) is not None:
         raise value.error(f"at point {corner} the polygon repeats a point or turns back on itself; remove that point")
     if (edges := crossing_edges(outline)) is not None:
@@ -148,7 +147,7 @@ def _read_polygon(value: Value) -> Array:
 
 def _read_silhouette(value: Value) -> Array:
     given = value.fields(required=("image", "width"))
-    width = given["width"].number(high=_MOST_M, above=0)
+    width = given["width"].number(high=MOST_M, above=0)
     try:
         return silhouette_outline(value.file.parent / given["image"].text(), width)
     except ConfigError as error:
@@ -156,12 +155,12 @@ def _read_silhouette(value: Value) -> Array:
 
 
 def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], labels: _Labels) -> Component:
-    given = value.fields(optional=("markers", *_SOLIDS, "required", "label", "classes", "joint", "body"))
+    given = value.fields(optional=("markers", *SOLIDS, "required", "label", "classes", "joint", "body"))
     bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
-    if solid := [key for key in _SOLIDS if key in given]:
+    if solid := [key for key in SOLIDS if key in given]:
         if also := [key for key in (*solid[1:], "markers", "body") if key in given]:
             raise given[also[0]].error(f"a component that is a {solid[0]} of one colour is nothing else beside that")
-        markers, bodies = _SOLIDS[solid[0]](given[solid[0]])
+        markers, bodies = SOLIDS[solid[0]](given[solid[0]])
     elif "markers" in given:
         if not shapes and given["markers"].entries():
             raise given["markers"].error("the file's own `markers` are missing, whose shapes these have")
@@ -203,48 +202,27 @@ def _read_place(name: str, value: Value, shapes: Mapping[str, Marker]) -> Marker
     if shape not in shapes:
         raise given.get("marker", value).error(f"'{shape}' is no marker of this file{nearest(shape, shapes)}")
     m = shapes[shape]
-    pose = _read_pose(given["pose"]) if "pose" in given else None
+    pose = read_pose(given["pose"]) if "pose" in given else None
     try:
         return Marker(name, m.outline, m.tail, m.head, m.disc_radius, pose)
     except ConfigError as error:
         raise value.error(str(error)) from None
 
 
-def _read_pose(value: Value) -> Pose:
-    """xyz with rpy, or xyz with the directions of the frame's x and y axes; each may be left out."""
-    given = value.fields(optional=("xyz", "rpy", "x_axis", "y_axis"))
-    xyz = given["xyz"].vector(3, _MOST_M) if "xyz" in given else np.zeros(3)
-    if "x_axis" not in given and "y_axis" not in given:
-        return Pose.from_xyz_rpy(xyz, given["rpy"].vector(3, _MOST_RAD) if "rpy" in given else (0.0, 0.0, 0.0))
-    if "rpy" in given or not ("x_axis" in given and "y_axis" in given):
-        raise value.error("the turn is given by rpy, or by x_axis and y_axis together")
-    x, y = _unit(given["x_axis"]), _unit(given["y_axis"])
-    if abs(x @ y) > 1e-6:
-        raise given["y_axis"].error("must be at a right angle to x_axis")
-    return Pose(np.stack([x, y, np.cross(x, y)], axis=1), xyz)
-
-
-def _unit(value: Value) -> Array:
-    v = value.vector(3, 1e6)
-    if np.linalg.norm(v) < 1e-9:
-        raise value.error("is no direction: its length is zero")
-    return v / np.linalg.norm(v)
-
-
 def _read_joint(value: Value) -> Joint:
     given = value.fields(required=("parent",), optional=("origin", "axis", "limits", "type", "name"))
     kind = given["type"].text(("revolute", "prismatic", "fixed")) if "type" in given else "revolute"
-    origin = _read_pose(given["origin"]) if "origin" in given else Pose.identity()
+    origin = read_pose(given["origin"]) if "origin" in given else Pose.identity()
     if kind == "fixed":
         return Joint(given["parent"].text(), origin, np.array([0.0, 0.0, 1.0]), 0.0, 0.0, kind)
     for key in ("axis", "limits"):
         if key not in given:
             raise value.error(f"{key}: this key is missing; a {kind} joint needs axis and limits")
-    lower, upper = given["limits"].vector(2, _MOST_M)
+    lower, upper = given["limits"].vector(2, MOST_M)
     if not lower < upper:
         raise given["limits"].error(f"the lower limit {lower:g} must be below the upper {upper:g}")
     name = _name(given["name"], "joint") if "name" in given else ""
-    return Joint(given["parent"].text(), origin, _unit(given["axis"]), float(lower), float(upper), kind, name)
+    return Joint(given["parent"].text(), origin, read_direction(given["axis"]), float(lower), float(upper), kind, name)
 
 
 def _name(value: Value, what: str) -> str:
@@ -263,40 +241,7 @@ def _read_body(value: Value, labels: _Labels) -> tuple[tuple[Box, ...], int | No
     label = labels.resolve(given["label"]) if "label" in given else None
     if "urdf" in given:
         return _read_urdf(given["urdf"]), label
-    return tuple(_read_box(v) for v in given["boxes"].items()), label
-
-
-def _read_box(value: Value) -> Box:
-    given = value.fields(required=("size",), optional=("xyz", "rpy", "x_axis", "y_axis"))
-    size = np.array([v.number(high=_MOST_M, above=0) for v in given["size"].items()])
-    if len(size) != 3:
-        raise given["size"].error(f"needs 3 numbers, has {len(size)}")
-    return Box(_pose_of(value, given, "size"), size)
-
-
-def _read_solid_box(value: Value) -> Solid:
-    return box_solid(_read_box(value))
-
-
-def _read_solid_cylinder(value: Value) -> Solid:
-    given = value.fields(required=("radius", "length"), optional=("xyz", "rpy", "x_axis", "y_axis"))
-    radius, length = (given[key].number(high=_MOST_M, above=0) for key in ("radius", "length"))
-    return cylinder_solid(radius, length, _pose_of(value, given, "radius", "length"))
-
-
-def _read_solid_ball(value: Value) -> Solid:
-    given = value.fields(required=("radius",), optional=("xyz",))
-    radius = given["radius"].number(high=_MOST_M, above=0)
-    return ball_solid(radius, _pose_of(value, given, "radius"))
-
-
-# what a component of one colour may be
-_SOLIDS = {"box": _read_solid_box, "cylinder": _read_solid_cylinder, "ball": _read_solid_ball}
-
-
-def _pose_of(value: Value, given: Mapping[str, Value], *others: str) -> Pose:
-    """The pose that stands among other keys."""
-    return _read_pose(Value(value.file, value.key, {k: v.raw for k, v in given.items() if k not in others}))
+    return tuple(read_box(v) for v in given["boxes"].items()), label
 
 
 def _read_urdf(value: Value) -> tuple[Box, ...]:

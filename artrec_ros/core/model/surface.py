@@ -102,14 +102,18 @@ def meeting_contour(patches: list[Patch]) -> NDArray[np.int64]:
     """
     markers = [p for p in patches if p.marker is not None]
     out = np.full((len(markers), CONTOUR_POINTS), -1)
-    for row, mine in zip(out, markers, strict=True):
-        nearest = np.full(CONTOUR_POINTS, MEETING * np.sqrt(mine.area))
-        for j, other in enumerate(markers):
-            aslant = abs(mine.normal @ other.normal) < ASLANT
-            if aslant and mine.component == other.component:
-                off = _off(other, mine.contour)
-                row[off < nearest] = j
-                nearest = np.minimum(nearest, off)
+    normal, component = np.array([p.normal for p in markers]), np.array([p.component for p in markers])
+    centre = np.array([p.drawn[0] for p in markers])
+    radius = np.array([np.linalg.norm(p.drawn[3:] - p.drawn[0], axis=1).max() for p in markers])
+    for n, mine in enumerate(markers):
+        near_m = MEETING * np.sqrt(mine.area)
+        nearest = np.full(CONTOUR_POINTS, near_m)
+        in_reach = np.linalg.norm(centre - centre[n], axis=1) < radius + radius[n] + near_m
+        aslant = np.abs(normal @ normal[n]) < ASLANT
+        for j in np.flatnonzero(in_reach & aslant & (component == component[n])).tolist():
+            off = _off(markers[j], mine.contour)
+            out[n, off < nearest] = j
+            nearest = np.minimum(nearest, off)
     return out
 
 

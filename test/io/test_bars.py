@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import select
 import sys
 import time
 
@@ -45,5 +46,9 @@ def test_a_terminal_that_has_no_width_shows_a_bar(monkeypatch: pytest.MonkeyPatc
         patched.setattr(sys, "stderr", terminal)
         assert list(bars.bar(range(3), unit="frame")) == [0, 1, 2]
         shown = os.read(master, 10_000)
+        while (
+            b"3/3" not in shown and select.select([master], [], [], 1.0)[0]
+        ):  # a terminal may hand it on piece by piece
+            shown += os.read(master, 10_000)
     os.close(master)
     assert b"3/3" in shown

@@ -25,6 +25,7 @@ _BEYOND = 0.1  # of a marker's width: so far outside of its contour it is looked
 MEETING = 0.05  # of a marker's width: who is so near meets it
 _ROUNDED_M = 2e-5  # object files that are written have places to a hundredth of a millimetre
 _SLIVER = 0.02  # of its bounding box: sampled in that, what is narrower takes long
+_MOST_DRAWN = 1 << 18  # points: where fewer than one in a thousand lies inside there is none to speak of
 ASLANT = 0.97  # cosine between normals of markers that meet at an angle, and do not lie in one plane
 
 
@@ -142,29 +143,31 @@ def sample_polygon(outline: Array, n: int) -> Array:
 
     A low-discrepancy sequence, not a lattice: a lattice keeps off the border by half its step, and so would not
     notice that a model outgrows its blob.
+
+    :raises ConfigError: it has no area to speak of.
     """
     low, high = outline.min(axis=0), outline.max(axis=0)
-    if abs(signed_area(outline)) < _SLIVER * np.prod(high - low):  # its bounding box holds hardly any of it
-        return _sample_sliver(outline, n)
+    if abs(signed_area(outline)) > _SLIVER * np.prod(high - low):
+        return _sample_in_box(outline, n)
+    middle = outline.mean(axis=0)  # of what its bounding box holds hardly any of, one along its axes may hold more
+    _, _, axes = np.linalg.svd(outline - middle, full_matrices=False)
+    along = (outline - middle) @ axes.T
+    return _sample_in_box(along, n) @ axes + middle
+
+
+def _sample_in_box(outline: Array, n: int) -> Array:
+    low, high = outline.min(axis=0), outline.max(axis=0)
     found = np.zeros((0, 2))
     draw = 4 * n
     while len(found) < n:
+        if draw > _MOST_DRAWN:
+            raise ConfigError("an outline is so thin and bent that it has no inside to speak of")
         # Roberts' R2 sequence: steps of the plastic number's inverse powers
         unit = (0.5 + np.arange(1, draw + 1)[:, None] * (0.7548776662466927, 0.5698402909980532)) % 1
         points = low + unit * (high - low)
         found = points[contains(outline, points)]
         draw *= 2
     return found[:n]
-
-
-def _sample_sliver(outline: Array, n: int) -> Array:
-    """The same along its principal axes. :raises ConfigError: it has no area to speak of even so."""
-    middle = outline.mean(axis=0)
-    _, _, axes = np.linalg.svd(outline - middle, full_matrices=False)
-    along = (outline - middle) @ axes.T
-    if abs(signed_area(along)) < _SLIVER * np.prod(np.ptp(along, axis=0)):
-        raise ConfigError("an outline is so thin and bent that it has no inside to speak of")
-    return sample_polygon(along, n) @ axes + middle
 
 
 def contains(outline: Array, points: Array) -> np.ndarray:

@@ -8,12 +8,14 @@ from settings import DEFAULTS
 from solids import BLUE, RED, camera_of, marker, render, turn_between
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.polygons import signed_area
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.model.surface import sample_polygon
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.pose_fit import contour_fit
@@ -194,3 +196,15 @@ def test_a_side_between_others_in_view_is_parted_by_them():
     seen = ImageFrame(LabelField(render(CAMERA, [(model, pose, RED)])), CAMERA)
     (verdict,) = Judge.of(RecognizerConfig()).verdicts(finder, pose, seen)
     assert verdict.evidence.rim > 0.8 and verdict.evidence.parted > 0.9 and verdict.probability > 0.6
+
+
+def test_slivers_are_sampled_as_soon_as_others():
+    """A narrow strip lies slanted in its bounding box; a thin hook fills little of any."""
+    turn = rotation_from_rotvec([0.0, 0.0, 0.7])[:2, :2]
+    strip = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)]) * (0.1, 1e-6) @ turn.T
+    inside = sample_polygon(strip, 100) @ turn
+    assert len(inside) == 100 and np.abs(inside[:, 1]).max() <= 1.0001e-6 and np.ptp(inside[:, 0]) > 0.19
+    hook = np.array([(0, 0), (1, 0), (1, 1), (0.995, 1), (0.995, 0.005), (0, 0.005)])
+    assert len(sample_polygon(hook, 50)) == 50
+    with pytest.raises(ConfigError, match="no inside"):
+        sample_polygon(np.array([(0, 0), (1, 0), (2, 0), (1, 0)], float), 10)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Array
 
 ANY_ANGLE = 0  # the order of a disc: every turn leaves it as it is
@@ -55,13 +56,3 @@ def _turned_distance(points: Array, outline: Array, angle: float) -> float:
     c, s = np.cos(angle), np.sin(angle)
     d = distance_to_outline(points @ np.array([[c, s], [-s, c]]), outline)
     return float(np.sqrt(np.mean(d**2)))
-
-
-def distance_to_outline(points: Array, outline: Array) -> Array:
-    """(m,) distance of (m, 2) points to the nearest side of a closed (n, 2) polygon."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    side = b - a  # (n, 2)
-    rel = points[:, None] - a  # (m, n, 2)
-    along = np.einsum("mnd,nd->mn", rel, side) / np.maximum(np.einsum("nd,nd->n", side, side), 1e-30)
-    off = rel - np.clip(along, 0, 1)[..., None] * side
-    return np.sqrt(np.min(np.einsum("mnd,mnd->mn", off, off), axis=1))

@@ -15,8 +15,9 @@ import cv2
 import numpy as np
 
 from ..alignment.shapes import Shape
-from ..alignment.symmetry import ANY_ANGLE, distance_to_outline
+from ..alignment.symmetry import ANY_ANGLE
 from ..base.config import DesignConfig, RecognizerConfig
+from ..geometry.polygons import distance_to_outline
 from ..model.objects import Component, Marker, ObjectModel
 
 _DESIGN, _CONFIG = DesignConfig(), RecognizerConfig()

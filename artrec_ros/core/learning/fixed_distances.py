@@ -10,13 +10,14 @@ from ..model.kinematics import Kinematics
 from ..model.objects import ObjectModel
 from .marked_views import markers_of
 
-_Key = tuple[str, str]
+Key = tuple[str, str]
+Distances = dict[tuple[Key, Key], float]
 
 _SAMPLES = 8  # values of all joints: a distance that is one in all of these no joint changes
 _SAME = 1e-3  # of a distance: what joints change by less is fixed; it rounds what files are written with
 
 
-def fixed_distances(model: ObjectModel) -> dict[tuple[_Key, _Key], float]:
+def fixed_distances(model: ObjectModel) -> Distances:
     """Metres between the middles of two markers, by their components' and their own names; none of objects that are
     not flat, which images show slanted."""
     if not model.is_flat:

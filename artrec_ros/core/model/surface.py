@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.errors import ConfigError
-from ..geometry.polygons import signed_area
+from ..geometry.polygons import distance_to_outline, signed_area
 from ..geometry.transforms import Array
 from .objects import Component, Marker, ObjectModel
 
@@ -64,7 +64,7 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     for c, component in enumerate(model.components):
         markers = [_marker_patch(c, m, component.labels(label)) for m in component.markers]
         out += markers
-        if component.bodies and (meeting_contour(markers) < 0).any():
+        if component.bodies and not meet_all_around(markers):
             out += _face_patches(c, component)
     return out
 
@@ -118,16 +118,18 @@ def meeting_contour(patches: list[Patch]) -> NDArray[np.int64]:
     return out
 
 
+def meet_all_around(markers: list[Patch]) -> bool:
+    """Whether one component's markers close in what lies within, as the sides of a box of one colour do."""
+    return bool((meeting_contour(markers) >= 0).all())
+
+
 def _off(patch: Patch, points: Array) -> Array:
     """(n,) how far points (n, 3) of its component's frame are from a marker's patch; as if they lay in its plane where
     they lie above its inside."""
     assert patch.marker is not None and patch.marker.T_component_marker is not None
     local, outline = patch.marker.T_component_marker.inverse().apply(points), patch.marker.outline
-    along = np.roll(outline, -1, axis=0) - outline
-    at = ((local[:, None, :2] - outline) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-18)
-    nearest = outline + np.clip(at, 0.0, 1.0)[..., None] * along
-    aside = np.linalg.norm(local[:, None, :2] - nearest, axis=2).min(axis=1)
-    return np.asarray(np.hypot(np.where(contains(outline, local[:, :2]), 0.0, aside), local[:, 2]))
+    aside = np.where(contains(outline, local[:, :2]), 0.0, distance_to_outline(local[:, :2], outline))
+    return np.asarray(np.hypot(aside, local[:, 2]))
 
 
 def _covers(patch: Patch, points: Array) -> np.ndarray:

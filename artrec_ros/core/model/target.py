@@ -25,5 +25,7 @@ class Target:
     @property
     def on_bodies(self) -> frozenset[int]:
         """The same, where a body of no known class may show beyond markers' outlines; else none."""
-        shown = self.model.is_spatial and is_on_unknown(patches_of(self.model, self.label))
-        return self.labels if shown else frozenset()
+        if not any(c.bodies and not c.body_labels for c in self.model.components):
+            return frozenset()
+        closed_in = self.model.is_spatial and not is_on_unknown(patches_of(self.model, self.label))
+        return frozenset() if closed_in else self.labels

@@ -87,7 +87,7 @@ def leave_out_hidden(shown: Any, h: int, k: int, weight: Any) -> None:
 def leave_out_inner(s: Surface, k: int, P: Any, q: Any, view: LabelView, weight: Any, room: EdgeRoom) -> None:
     """Take their say from the points at which marker `k` goes on in another side of its class, see `find_inner`."""
     if s.has_meets[k]:
-        inner = room.flags[0]  # what stood there, the edges are found with
+        inner = room.flags[0]  # no longer needed: edges are found
         find_inner(s, k, P, q, view, inner)
         for i in range(len(weight)):
             weight[i] = 0.0 if inner[i] else weight[i]

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..alignment.symmetry import distance_to_outline
+from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Pose, rotation_from_rotvec
 from ..model.objects import Marker
 from ..model.surface import sample_contour

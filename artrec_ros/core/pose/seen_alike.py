@@ -14,7 +14,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..alignment.symmetry import distance_to_outline
+from ..geometry.polygons import distance_to_outline
 from ..model.surface import sample_contour
 from .exchanges import LIKE, OFF, STRETCH, Placements
 from .lookalikes import turns_onto_itself

@@ -177,9 +177,9 @@ class SpatialModel:
     @cached_property
     def _hidden_by_rigid(self) -> Surface:
         """The same, where bodies hide only what is rigid to them."""
-        kin = self.kinematics
-        loose = [[c != box and not kin.rigid_to(c)[box] for box in self.boxes.component] for c in self.component]
-        return self.compiled._replace(ignored=self.ignored | np.array(loose, bool).reshape(self.ignored.shape))
+        moves = self.kinematics.moves
+        loose = (moves[self.component][:, None] != moves[self.boxes.component]).any(axis=2)
+        return self.compiled._replace(ignored=self.ignored | loose)
 
     @cached_property
     def by_component(self) -> tuple[np.ndarray, np.ndarray]:

@@ -59,8 +59,9 @@ class ViewBank:
         """:param flips: None: those of a marker's views."""
         self._config, most = config, (inside_votes.max(), ring_votes.max())
         self.look = guessing.Look(inside_votes, ring_votes, *most, limits.ring_px, limits.ring_width_px)
-        turns = np.array([v.turn for v in views]), np.array([v.direction for v in views])
-        self.flips = flips_of(*turns) if flips is None else flips
+        if flips is None:
+            flips = flips_of(np.array([v.turn for v in views]), np.array([v.direction for v in views]))
+        self.flips = flips
         n = np.array([len(v.anchors) for v in views])
         anchors = np.zeros((len(views), n.max(), 2))
         for row, view in zip(anchors, views, strict=True):

@@ -223,12 +223,14 @@ def on_own_colour(model: ObjectModel, label: int = 0) -> Iterator[str]:
 
     :param label: of those without one of their own; 0: not known.
     """
-    patches = patches_of(model, label) if model.is_spatial else []
-    for n, c in enumerate(model.components):
+    own = [n for n, c in enumerate(model.components) if c.body_label is not None and c.body_label in c.labels(label)]
+    patches = patches_of(model, label) if own and model.is_spatial else []
+    for n in own:
         bare = np.array([p.normal for p in patches if p.component == n and p.marker is None]).reshape(-1, 3)
         borne = np.array([p.normal for p in patches if p.component == n and p.marker is not None]).reshape(-1, 3)
         around = not model.is_spatial or (bare @ borne.T > ASLANT).any()  # else they cover the sides that they are on
-        if around and c.body_label is not None and c.body_label in c.labels(label):
+        if around:
+            c = model.components[n]
             yield f"the markers of '{c.name}' have the class of its body ({c.body_label}) and cannot be seen on it"
 
 

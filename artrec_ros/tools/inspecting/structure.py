@@ -8,10 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...core.geometry.polygons import distance_to_outline
 from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.surface import ASLANT, MEETING, meeting_contour, patches_of, sample_contour
+from ...core.model.surface import ASLANT, MEETING, meet_all_around, patches_of, sample_contour
 
 _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
@@ -52,12 +53,13 @@ def structure(model: ObjectModel) -> Iterator[str]:
     fixed = [c.name for c in model.components if c.joint is None and not c.required]
     if fixed:
         yield f"note: without joint, and so taken to be fixed to the object's frame: {', '.join(fixed)}"
-    for names in _adjoining(model):
+    known = _placed(model)
+    for names in _adjoining(known):
         yield (
             f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
             "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
         )
-    if together := _seen_together(model):
+    if together := _seen_together(known):
         yield (
             f"warning: {shortened(together)} are of one component and seen at once, but one at a time counts: make "
             "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
@@ -92,15 +94,14 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
         )
 
 
-def _adjoining(model: ObjectModel) -> list[list[str]]:
+def _adjoining(known: list[_Placed]) -> list[list[str]]:
     """Groups of markers of one class that meet along an edge; but for sides that meet at an angle: those of one
     component are looked for together, of others `split_sides` tells."""
 
     def beside(a: _Placed, b: _Placed) -> bool:
         return not _aslant(a, b) or (a.component != b.component and a.is_of_solid and b.is_of_solid)
 
-    groups = _groups(_placed(model), beside)
-    return [[m.name for m in group] for group in groups]
+    return [[m.name for m in group] for group in _groups(known, beside)]
 
 
 def _placed(model: ObjectModel) -> list[_Placed]:
@@ -123,7 +124,7 @@ def _solids(model: ObjectModel) -> set[int]:
     """Components whose markers meet all around."""
     patches = patches_of(model, 1)
     of = [[p for p in patches if p.component == c and p.marker is not None] for c in range(len(model.components))]
-    return {c for c, markers in enumerate(of) if len(markers) > 1 and (meeting_contour(markers) >= 0).all()}
+    return {c for c, markers in enumerate(of) if len(markers) > 1 and meet_all_around(markers)}
 
 
 def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) -> list[list[_Placed]]:
@@ -148,21 +149,12 @@ def _meet(a: _Placed, b: _Placed) -> bool:
     near_m = MEETING * min(a.size_m, b.size_m)
     if a.normal @ b.normal <= _BACK_TO_BACK or (a.low > b.high + near_m).any() or (b.low > a.high + near_m).any():
         return False
-    along = max((_off(x.outline, y.outline) < near_m).mean() for x, y in ((a, b), (b, a)))
+    along = max((distance_to_outline(x.outline, y.outline) < near_m).mean() for x, y in ((a, b), (b, a)))
     return bool(along > _ALONG)
 
 
-def _off(points: Array, outline: Array) -> Array:
-    """(n,) how far points (n, 3) are from a closed outline (m, 3)."""
-    along = np.roll(outline, -1, axis=0) - outline
-    reach = ((points[:, None] - outline) * along).sum(axis=2) / np.maximum((along**2).sum(axis=1), 1e-18)
-    nearest = outline + np.clip(reach, 0.0, 1.0)[..., None] * along
-    return np.asarray(np.linalg.norm(points[:, None] - nearest, axis=2).min(axis=1), np.float64)
-
-
-def _seen_together(model: ObjectModel) -> list[str]:
+def _seen_together(known: list[_Placed]) -> list[str]:
     """Markers that face the way another one of their component faces and do not meet it."""
-    known = _placed(model)
     pairs = [
         (a, b)
         for a, b in combinations(known, 2)

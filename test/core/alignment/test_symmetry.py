@@ -3,7 +3,8 @@ import pytest
 from scene import capsule, disc, flag, polygon, rectangle
 
 from artrec_ros.core.alignment.shapes import SAMPLES, Shape
-from artrec_ros.core.alignment.symmetry import ANY_ANGLE, distance_to_outline
+from artrec_ros.core.alignment.symmetry import ANY_ANGLE
+from artrec_ros.core.geometry.polygons import distance_to_outline
 
 
 def regular(sides):

@@ -132,6 +132,8 @@ def test_a_covered_body_of_no_class_is_no_seam():
     open_below = ObjectModel("brick", (replace(whole, markers=whole.markers[:5]),))
     assert not Target("brick", brick(), RED).on_bodies
     assert Target("brick", open_below, RED).on_bodies == {RED}
+    placeless = replace(whole, markers=tuple(replace(m, T_component_marker=None) for m in whole.markers))
+    assert Target("brick", ObjectModel("brick", (placeless,)), RED).on_bodies == {RED}  # nobody knows what covers it
 
 
 def test_a_cylinder_of_one_colour_is_found_as_it_lies():

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
@@ -21,7 +23,8 @@ def truth_record(frame: SimulatedFrame) -> dict[str, Any]:
     """A line of truth.jsonl.
 
     An object's `components` are named COMPONENT for the marker that shows that component best, COMPONENT@MARKER
-    for its other markers that face the camera.
+    for its other markers that face the camera. Of a box, cylinder or ball of one colour COMPONENT
+    is all of it that shows, beside each of its sides.
     """
     return {"stamp_ns": frame.stamp_ns, "objects": [_object_record(truth) for truth in frame.truths]}
 
@@ -30,7 +33,7 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
     placed = truth.placed
     components: dict[str, Any] = {}
     ranked = sorted(truth.markers, key=lambda m: (m.visible_share >= _COUNTED_SHARE, m.visible_px), reverse=True)
-    for marker in ranked:
+    for marker in _whole(ranked, placed.target):
         name = marker.component if marker.component not in components else f"{marker.component}@{marker.marker}"
         components[name] = {
             "marker": marker.marker,
@@ -49,6 +52,21 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
         "components": components,
         "centre_px": truth.centre_px.tolist(),
     }
+
+
+def _whole(ranked: Sequence[MarkerTruth], target: Target) -> list[MarkerTruth]:
+    """Of each solid all of its sides together, and then the markers: where others hide most of one, a side may be in
+    full view."""
+    sides = [[m for m in ranked if m.component == name] for name in target.solids]
+    return [*(_all_of(of) for of in sides if of), *ranked]
+
+
+def _all_of(sides: Sequence[MarkerTruth]) -> MarkerTruth:
+    seen = [(m.centre, m.visible_px) for m in sides if m.centre is not None]
+    visible_px, full_px = sum(m.visible_px for m in sides), sum(m.full_px for m in sides)
+    centre = sum((c * px for c, px in seen), np.zeros(2)) / visible_px if seen else None
+    # the best seen one gives its name
+    return replace(sides[0], visible_px=visible_px, full_px=full_px, centre=centre)
 
 
 def keypoint_names(model: ObjectModel) -> list[str]:

@@ -13,7 +13,10 @@ from visualization_msgs.msg import Marker
 from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker
+from artrec_ros.io.objects.solids import box_solid
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node.markers import MarkerScene
 
@@ -46,6 +49,18 @@ def test_outlines_lie_where_pose_and_joint_put_them(scene: MarkerScene) -> None:
     # the lever's tip, 0.14 m from its joint, points up after a quarter turn
     tip = np.mean([[p.x, p.y, p.z] for p in lever.points[1:3]], axis=0)
     assert tip == pytest.approx((0, -0.08 - 0.14, 1))
+
+
+def test_all_sides_of_a_box_of_one_colour_are_drawn() -> None:
+    box = Box(Pose.identity(), np.array([0.2, 0.1, 0.1]))
+    model = ObjectModel("brick", (Component("box", box_solid(box)[0], required=True, bodies=(box,)),))
+    one = Instance("box", "top", 1.0, 0, 0, 0, 1)
+    pose = Pose.from_xyz_rpy((0, 0, 1), FACING)
+    found = Detection("brick", 0, 0.5, ImagePose(0, 0, 0, 1), (one,), pose, {})
+    markers = MarkerScene([Target("brick", model, 3)]).update([found], HEADER).markers
+    corners = np.array([[p.x, p.y, p.z] for m in markers if m.ns == "brick/outline" for p in m.points])
+    assert sum(m.ns == "brick/outline" for m in markers) == 6
+    assert np.ptp(corners, axis=0) == pytest.approx(box.size)
 
 
 def test_name_and_frame_come_along(scene: MarkerScene) -> None:

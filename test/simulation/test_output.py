@@ -8,11 +8,12 @@ import pytest
 
 from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.images.cameras import load_camera
 from artrec_ros.io.learned.annotations import load_coco
+from artrec_ros.io.objects.solids import box_solid
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
@@ -121,12 +122,25 @@ def test_other_markers_of_a_component_are_named_with_it():
         return MarkerTruth("base", marker, 1.0, 100.0, visible_px, np.zeros(2), np.zeros(2), np.ones(2), None)
 
     pose = Pose(np.eye(3), np.array([0, 0, 1.0]))
-    target = SimpleNamespace(name="pump", label=3)
+    target = SimpleNamespace(name="pump", label=3, solids=frozenset())
     placed = SimpleNamespace(target=target, T_camera_object=pose, joints={}, identity=None)
     truth = ObjectTruth(placed, np.zeros(2), (seen("rear", 10.0), seen("front", 90.0)))
     frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
     components = truth_record(frame)["objects"][0]["components"]
     assert {name: c["marker"] for name, c in components.items()} == {"base": "front", "base@rear": "rear"}
+
+
+def test_a_box_of_one_colour_is_all_of_it_that_shows_beside_its_sides(camera):
+    box = Box(Pose.identity(), np.array([0.2, 0.1, 0.1]))
+    brick = Target("brick", ObjectModel("brick", (Component("box", box_solid(box)[0], True, bodies=(box,)),)), 3)
+    (frame,) = simulate([brick], camera, SceneConfig(objects=(1, 1), size=(0.3, 0.3)), SensorConfig(), 3, 1)
+    components = truth_record(frame)["objects"][0]["components"]
+    whole, sides = components.pop("box"), list(components.values())
+    assert len(sides) > 1
+    assert {name.split("@")[0] for name in components} == {"box"}
+    assert whole["visible_px"] == pytest.approx(sum(side["visible_px"] for side in sides))
+    shares = [side["visible_px"] / whole["visible_px"] for side in sides]
+    assert whole["centre"] == pytest.approx(np.array(shares) @ [side["centre"] for side in sides])
 
 
 def test_the_bag_bears_true_joints_and_the_calibration_a_file(tmp_path, frames, target, camera):

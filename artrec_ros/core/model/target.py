@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 from .objects import ObjectModel
-from .surface import is_on_unknown, patches_of
+from .solids import convex_solids
+from .surface import Patch, is_on_unknown, patches_of
 
 
 @dataclass(frozen=True)
@@ -27,5 +29,14 @@ class Target:
         """The same, where a body of no known class may show beyond markers' outlines; else none."""
         if not any(c.bodies and not c.body_labels for c in self.model.components):
             return frozenset()
-        closed_in = self.model.is_spatial and not is_on_unknown(patches_of(self.model, self.label))
+        closed_in = self.model.is_spatial and not is_on_unknown(self._patches)
         return frozenset() if closed_in else self.labels
+
+    @cached_property
+    def solids(self) -> frozenset[str]:
+        """Its components that are seen as one: see `convex_solids`."""
+        return frozenset(self.model.components[c].name for c in convex_solids(self._patches))
+
+    @cached_property
+    def _patches(self) -> list[Patch]:
+        return patches_of(self.model, self.label) if self.model.is_spatial else []

@@ -1,21 +1,30 @@
-"""Components of told objects as the image shows them, and what of all their markers could be seen there."""
+"""Components of told objects as the image shows them, and what of all their markers could be seen there.
+
+A component that its markers close in, as a box or a ball of one colour, is seen as one: sides that have no edges in
+the image are nothing to look at one by one.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.polygons import signed_area
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Instance
 from ..model.kinematics import Frames
+from ..model.solids import convex_solids
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
+from ..pose.surface_kernels import LEAST_DEPTH_M
 from .acceptance import Verdict
 from .missing import MarkersInView
 from .nearer import hidden_by_each, met_by_each
@@ -45,6 +54,10 @@ class PartsInView:
         component = surface.component[surface.markers]
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
+        # what faces the camera is placed by the one side that is seen
+        solids = convex_solids(patches) if not finder.facing else ()
+        self._sides = {c: np.flatnonzero(component == c) for c in solids}
+        self._turn = np.sign([signed_area(p.marker.outline) for p in patches if p.marker is not None])
 
     def of(
         self,
@@ -76,10 +89,34 @@ class PartsInView:
         scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         parts = [
-            tuple(self._instance(patch, p, pixels[h], *values[h][self._row[patch]]) for patch, p in each.values())
+            tuple(self._component(patch, p, pixels[h], values[h], view, h) for patch, p in each.values())
             for h, each in enumerate(told)
         ]
         return parts, view
+
+    def _component(
+        self, patch: int, score: float, pixels: Array, values: list[list[float]], view: MarkersInView, h: int
+    ) -> Instance:
+        """The component of object `h` that a patch shows. :param values: (M, 4) of all markers."""
+        told = self._instance(patch, score, pixels, *values[self._row[patch]])
+        sides = self._sides.get(self._finder.surface.patches[patch].component)
+        return told if sides is None else self._whole(told, np.array(values)[:, :2], view, h, sides)
+
+    def _whole(self, told: Instance, centre: Array, view: MarkersInView, h: int, sides: NDArray[np.int64]) -> Instance:
+        """A solid by all of its sides that face the camera: their outline, and the middle of what is seen of them.
+
+        :param centre: (M, 2) the middle of what is seen of each marker.
+        """
+        area = np.array([signed_area(view.outlines[m][h]) for m in sides.tolist()])
+        # an outline that is counter-clockwise with y up runs the other way round in an image, where its y is down
+        area = np.where(view.depth[h, sides] > LEAST_DEPTH_M, np.maximum(-area * self._turn[sides], 0.0), 0.0)
+        if not (facing := sides[area > 0]).size:
+            return told
+        outline = np.concatenate([view.outlines[m][h] for m in facing.tolist()])
+        shown = area * view.seen[h, sides].mean(axis=1)
+        x, y = np.average(centre[sides], axis=0, weights=shown if shown.any() else area)
+        hull = cv2.convexHull(outline.astype(np.float32))[:, 0].astype(float)
+        return replace(told, x=float(x), y=float(y), contour=hull)
 
     def _free(
         self, verdicts: Sequence[Verdict], among: Sequence[Verdict], inside: Array, points: Array

@@ -63,6 +63,7 @@ class MarkerScene:
     def __init__(self, targets: Sequence[Target]) -> None:
         self._models = {t.name: t.model for t in targets}
         self._kinematics = {t.name: Kinematics(t.model) for t in targets}
+        self._solids = {t.name: t.solids for t in targets}
         self._names = [t.name for t in targets]
         self._shown: dict[tuple[str, int], str] = {}  # (ns, id) -> frame
 
@@ -113,10 +114,11 @@ class MarkerScene:
         if pose is not None and detection.pose_from == "fit":
             frames = component_frames(self._kinematics[detection.object], pose, detection.told_joints)
             for component, marker in {(c.component, c.marker) for c in detection.components}:
-                place = model.component(component).marker(marker)
-                assert place.T_component_marker is not None  # the object was fitted
-                points = place.T_component_marker.apply(in_space(place.outline))
-                yield (component, marker), frames[component].apply(points)
+                part = model.component(component)
+                for side in part.markers if component in self._solids[detection.object] else [part.marker(marker)]:
+                    assert side.T_component_marker is not None  # the object was fitted
+                    points = side.T_component_marker.apply(in_space(side.outline))
+                    yield (component, side.name), frames[component].apply(points)
             return
         to_plane = None if pose is None else in_plane(detection, pose, model)
         if pose is not None and to_plane is None:

@@ -12,7 +12,8 @@ from ...core.geometry.polygons import distance_to_outline
 from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.surface import ASLANT, MEETING, meet_all_around, patches_of, sample_contour
+from ...core.model.solids import closed_in
+from ...core.model.surface import ASLANT, MEETING, patches_of, sample_contour
 
 _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
@@ -108,7 +109,7 @@ def _placed(model: ObjectModel) -> list[_Placed]:
     """Markers of one class each, joints mid-range."""
     kin = Kinematics(model)
     frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
-    solid = _solids(model)
+    solid = closed_in(patches_of(model, 1))
     for c, part in enumerate(model.components):
         for marker in part.markers:
             if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
@@ -118,13 +119,6 @@ def _placed(model: ObjectModel) -> list[_Placed]:
                 about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist()), c in solid
                 known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), *about))
     return known
-
-
-def _solids(model: ObjectModel) -> set[int]:
-    """Components whose markers meet all around."""
-    patches = patches_of(model, 1)
-    of = [[p for p in patches if p.component == c and p.marker is not None] for c in range(len(model.components))]
-    return {c for c, markers in enumerate(of) if len(markers) > 1 and meet_all_around(markers)}
 
 
 def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) -> list[list[_Placed]]:

@@ -1,0 +1,30 @@
+"""Components of one colour all around: markers that close in what lies within, as the sides of a box do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .surface import MEETING, Patch, meet_all_around
+
+
+def closed_in(patches: Sequence[Patch]) -> dict[int, list[Patch]]:
+    """The markers of each component that they close in, by the component's index."""
+    of: dict[int, list[Patch]] = {}
+    for patch in patches:
+        if patch.marker is not None:
+            of.setdefault(patch.component, []).append(patch)
+    return {c: markers for c, markers in of.items() if len(markers) > 1 and meet_all_around(markers)}
+
+
+def convex_solids(patches: Sequence[Patch]) -> frozenset[int]:
+    """Components that markers close in and that bulge nowhere inwards: their outline in an image is the convex hull of
+    what is drawn of the sides in view."""
+    return frozenset(c for c, markers in closed_in(patches).items() if _is_convex(markers))
+
+
+def _is_convex(markers: Sequence[Patch]) -> bool:
+    corners, normals = np.concatenate([p.drawn for p in markers]), np.array([p.normal for p in markers])
+    above = corners @ normals.T - [p.drawn[0] @ p.normal for p in markers]
+    return bool((above <= MEETING * np.sqrt([p.area for p in markers])).all())

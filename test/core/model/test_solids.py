@@ -1,0 +1,35 @@
+from dataclasses import replace
+
+import numpy as np
+
+from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
+from artrec_ros.core.model.solids import closed_in, convex_solids
+from artrec_ros.core.model.surface import patches_of
+from artrec_ros.io.objects.solids import ball_solid, box_solid
+
+CUBE = Box(Pose.identity(), np.full(3, 0.1))
+
+
+def patches(*markers):
+    return patches_of(ObjectModel("thing", (Component("part", tuple(markers), True, bodies=(CUBE,)),)), 1)
+
+
+def test_the_sides_of_a_box_or_a_ball_are_one_solid():
+    for markers, _ in (box_solid(CUBE), ball_solid(0.05, Pose.identity())):
+        assert convex_solids(patches(*markers)) == {0}
+
+
+def test_a_box_that_is_open_is_none():
+    assert not closed_in(patches(*box_solid(CUBE)[0][1:]))
+    assert not convex_solids(patches(*box_solid(CUBE)[0][1:]))
+
+
+def test_two_boxes_apart_are_no_convex_solid():
+    aside = Pose.from_xyz_rpy((0.3, 0, 0))
+    other = [
+        replace(m, name=f"{m.name}_2", T_component_marker=aside @ m.T_component_marker) for m in box_solid(CUBE)[0]
+    ]
+    both = patches(*box_solid(CUBE)[0], *other)
+    assert closed_in(both)
+    assert not convex_solids(both)

@@ -1,7 +1,7 @@
 """Imports point one way: node and tools on top, then simulation, io, core; within core each room knows only lower ones.
 
 core needs numpy, cv2 and Python alone, but for the compiler (base/jit.py) and scipy (assignment in
-tracking and verdict, optimisation in learning).
+tracking and verdict, optimisation in learning and of what looks the same).
 """
 
 from __future__ import annotations
@@ -115,7 +115,7 @@ def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
 def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
     extra = {"jit.py": {"numba"}, "kernel_cache.py": {"llvmlite", "numba"}}
-    extra |= dict.fromkeys(("tracker.py", "identity.py", "view_fit.py", "marked_views.py"), {"scipy"})
+    extra |= dict.fromkeys(("tracker.py", "identity.py", "view_fit.py", "marked_views.py", "same_turns.py"), {"scipy"})
     assert foreign <= {"numpy", "cv2", "artrec_ros", *extra.get(path.name, set())}
 
 

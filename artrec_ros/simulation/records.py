@@ -23,8 +23,8 @@ def truth_record(frame: SimulatedFrame) -> dict[str, Any]:
     """A line of truth.jsonl.
 
     An object's `components` are named COMPONENT for the marker that shows that component best, COMPONENT@MARKER
-    for its other markers that face the camera. Of a box, cylinder or ball of one colour COMPONENT
-    is all of it that shows, beside each of its sides.
+    for its other markers that face the camera. Of a box, cylinder or ball of one colour
+    COMPONENT is all of it that shows, of the required one beside each of its sides.
     """
     return {"stamp_ns": frame.stamp_ns, "objects": [_object_record(truth) for truth in frame.truths]}
 
@@ -55,10 +55,11 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
 
 
 def _whole(ranked: Sequence[MarkerTruth], target: Target) -> list[MarkerTruth]:
-    """Of each solid all of its sides together, and then the markers: where others hide most of one, a side may be in
-    full view."""
+    """The same with solids as one; the sides of the required one, too: where others hide most of it, one may be in full
+    view."""
     sides = [[m for m in ranked if m.component == name] for name in target.solids]
-    return [*(_all_of(of) for of in sides if of), *ranked]
+    left = [m for m in ranked if m.component not in target.solids or m.component == target.model.required.name]
+    return [*(_all_of(of) for of in sides if of), *left]
 
 
 def _all_of(sides: Sequence[MarkerTruth]) -> MarkerTruth:

@@ -19,6 +19,8 @@ from ..alignment.symmetry import ANY_ANGLE
 from ..base.config import DesignConfig, RecognizerConfig
 from ..geometry.polygons import distance_to_outline
 from ..model.objects import Component, Marker, ObjectModel
+from ..model.solids import closed_in
+from ..model.surface import patches_of
 
 _DESIGN, _CONFIG = DesignConfig(), RecognizerConfig()
 _TURNS = 144  # that are looked at: 2.5 degrees apart
@@ -63,11 +65,16 @@ class Likeness:
 
 @dataclass(frozen=True)
 class Ambiguities:
-    """What is known of an object's markers at any distance."""
+    """What is known of an object's markers at any distance.
+
+    :param alike: but for sides of solids, which are seen together.
+    :param solids: components that their markers close in, as the sides of a box do.
+    """
 
     model: ObjectModel
     limits: tuple[MarkerLimits, ...]
     alike: tuple[Likeness, ...]
+    solids: frozenset[str] = frozenset()
 
     @cached_property
     def told(self) -> dict[tuple[str, str], float]:
@@ -95,10 +102,22 @@ def find_ambiguities(model: ObjectModel, shown: Callable[[Sequence[_Pair]], Iter
         if key not in shapes:
             shapes[key] = Shape.from_marker(m)
         looks.append(_Look(c.label, shapes[key], _limits(c, m, shapes[key])))
-    pairs = [(a, b) for a, b in combinations(looks, 2) if a.label == b.label and _like_in_size(a.shape, b.shape)]
+    solids = (
+        frozenset(model.components[c].name for c in closed_in(patches_of(model, 0)))
+        if model.is_spatial
+        else frozenset[str]()
+    )
+    pairs = [
+        (a, b)
+        for a, b in combinations(looks, 2)
+        if a.label == b.label
+        and _like_in_size(a.shape, b.shape)
+        and not {a.limits.component, b.limits.component} <= solids
+    ]
     unlike = cache(unlikeness)
     alike = (_compare(a, b, unlike) for a, b in shown(pairs))
-    return Ambiguities(model, tuple(look.limits for look in looks), tuple(pair for pair in alike if pair is not None))
+    limits, pairs_alike = tuple(look.limits for look in looks), tuple(pair for pair in alike if pair is not None)
+    return Ambiguities(model, limits, pairs_alike, solids)
 
 
 class _Look(NamedTuple):

@@ -14,6 +14,7 @@ import numpy as np
 from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Pose, rotation_from_rotvec
 from ..model.objects import Marker
+from ..model.same_turns import Looks
 from ..model.surface import sample_contour
 from .surface_model import Poses, SpatialModel
 
@@ -29,11 +30,13 @@ class Lookalikes:
     """One object's: poses with one of the required component's markers where the pose has one of the same class and
     outline, of any component, in each of the turns in which the two look the same; joints as they are."""
 
-    def __init__(self, surface: SpatialModel, *, in_place: bool = False) -> None:
+    def __init__(self, surface: SpatialModel, *, in_place: bool = False, unlike: bool = False) -> None:
         """:param in_place: only those that turn the required component's markers onto themselves, whatever else comes
-        of it: its outline tells nothing of them."""
+        of it: its outline tells nothing of them. :param unlike: but those that leave all of the object as it looks."""
         self._kin, self._root = surface.kinematics, surface.root
         found, self._led = (_turned_in_place(surface), set[int]()) if in_place else _placements(surface)
+        if unlike and found:
+            found = _unlike(surface, found)
         self._on = np.array([c for c, _ in found], int)  # the required component's frame, and on which one it is
         self._R = np.array([T.rotation for _, T in found]).reshape(-1, 3, 3)
         self._t = np.array([T.position for _, T in found]).reshape(-1, 3)
@@ -109,6 +112,13 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
             T = Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
             out.setdefault(_key(m.whole @ T @ m.whole.inverse(), m.marker), m.inside @ T @ m.inside.inverse())
     return [(surface.root, T) for T in out.values()]
+
+
+def _unlike(surface: SpatialModel, found: list[tuple[int, Pose]]) -> list[tuple[int, Pose]]:
+    """Those of the turns of the required component after which something looks otherwise."""
+    looks, frames = Looks(surface.model), surface.kinematics.in_object(surface.kinematics.middle[None])
+    root = Pose(frames.R[0, surface.root], frames.t[0, surface.root])
+    return [(c, T) for c, T in found if not looks.same_after(root @ T @ root.inverse())]
 
 
 def own_turns(marker: Marker) -> list[float]:

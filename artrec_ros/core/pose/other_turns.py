@@ -1,10 +1,13 @@
-"""Which of two mirrored turns told poses have, and how probable the other one is.
+"""Which of two turns told poses have that look almost the same, and how probable the other one is.
 
 A flat marker that is slanted looks almost as it does slanted the other way: only perspective tells, and of a small or
 distant marker little. Other components in other planes tell, and so do bodies. Two things bear out either turn, once
 both are at rest: votes, which count pixels of whole objects, and how near to contours edges lie, which is finer, most
 of all in colour images. Neither suffices; together they tell how probable each turn is, as fitted on random objects
 (`benchmarks/turns.py`).
+
+Half a turn of a box, or what else lays the required component's markers onto themselves, leaves most as it was, too:
+joints reach where they did. There a component tells that is borne out under one of both alone.
 """
 
 from __future__ import annotations
@@ -24,6 +27,7 @@ from .pose_fit import but_for_common
 from .surface_model import Poses
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
+_WORTH_FIT = 0.5  # the same before that fit
 ANY_DEPTH = 0.0, np.inf
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
@@ -51,12 +55,17 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     mirrored, of = mirrored_turns(finder, frame, poses)
+    in_place, of_these = turned_in_place(finder, frame, poses)
+    rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
     if not len(of):
         return poses, others
     if frame.image is not None:
-        mirrored = finder.rest.on_colours(frame, mirrored, finder.voter.supports(frame, mirrored))
-    config, both = finder.config.verdict, Poses.concatenate([poses, mirrored])
-    log_odds = turn_odds(finder, frame, poses[of], mirrored)
+        rivals = finder.rest.on_colours(frame, rivals, finder.voter.supports(frame, rivals))
+    config, both = finder.config.verdict, Poses.concatenate([poses, rivals])
+    log_odds = turn_odds(finder, frame, poses[of], rivals)
+    if n := len(of_these):
+        at_first, for_each = config.in_place_odds
+        log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
     rows = np.arange(len(poses))
     turned, probabilities = weighed(log_odds, config)
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
@@ -90,7 +99,24 @@ def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, pro
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
     """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and whose each one is."""
-    flips, of = finder.required.flips_of_each(poses)
+    return _at_rest(finder, frame, poses, *finder.required.flips_of_each(poses))
+
+
+def turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+    """The same of turns that the required component's outline does not tell, joints sought anew."""
+    ways, h = finder.ways_round, len(poses)
+    if not ways or not h:
+        return poses[:0], np.zeros(0, np.int64)
+    turned = finder.ranked(frame, finder.surface.search_joints(frame, ways.of(poses), finder.first_grids))
+    told, of = finder.voter.votes(frame, poses, occlusion=True), np.repeat(np.arange(h), len(ways))
+    worth = np.flatnonzero(turned.votes > _WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
+    return _at_rest(finder, frame, poses, turned.poses[worth], of[worth])
+
+
+def _at_rest(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, flips: Poses, of: NDArray[np.int64]
+) -> tuple[Poses, NDArray[np.int64]]:
+    """Those of some other turns of poses, at rest, that may be the true ones. :param of: whose each one is."""
     if not len(flips):
         return flips, of
     told = finder.voter.votes(frame, poses, occlusion=True)
@@ -108,6 +134,14 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
         apart &= floor.standing(fitted.R, fitted.t, 1.0)
     kept = np.flatnonzero(apart)
     return fitted[kept], of[kept]
+
+
+def _more_borne_out(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, rivals: Poses) -> NDArray[np.int64]:
+    """(H,) by how many components labels bear out more of rivals than of poses."""
+    component = finder.surface.component[finder.surface.markers]
+    each = np.arange(len(finder.target.model.components))[:, None] == component  # (C, M)
+    there, here = (finder.voter.supports(frame, some) @ each.T > 0 for some in (rivals, poses))
+    return there.sum(axis=1) - here.sum(axis=1)
 
 
 def evidence(

@@ -18,6 +18,7 @@ from ...core.model.objects import ObjectModel
 from ...core.model.surface import ASLANT, patches_of
 from ...core.model.target import Target
 from .structure import shortened, split_sides, structure
+from .whole_turns import whole_turns
 
 Key = tuple[str, str]
 
@@ -94,6 +95,7 @@ def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) 
     """
     lines = [
         *(f"warning: {line}" for line in _hardly_meant(found.model, 0)),
+        *whole_turns(found.model),
         *_own_turns(found),
         *_same(found),
         *(_range(found, camera, distance_m) if camera is not None else ()),
@@ -179,7 +181,7 @@ def _norm(vector: Array) -> float:
 def _own_turns(found: Ambiguities) -> Iterator[str]:
     required = found.model.required.name
     alike: dict[tuple[bool, int], dict[bytes, list[Key]]] = {}
-    for m in found.limits:
+    for m in (m for m in found.limits if m.component not in found.solids):
         shape = np.round(found.model.component(m.component).marker(m.marker).outline, 6).tobytes()
         shapes = alike.setdefault((m.component == required, m.order), {})
         shapes.setdefault(shape, []).append((m.component, m.marker))

@@ -134,6 +134,19 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="what poses of few markers are off without anything hidden",
     )
+    in_place_odds: tuple[float, ...] = param(
+        (-1.0, 4.0),
+        "log odds beside these of a turn that lays the required component's markers onto themselves, as half a turn of "
+        "a box: before anything is known of it, and for each component that it bears out more than the pose that was "
+        "found",
+        low=-20,
+        high=20,
+        length=2,
+        paths=("space",),
+        origin="of such turns of 11 simulated objects with boxes and plates, 211 that bore out as many 19 were true, "
+        "for which `turn_odds` alone say 60; of 20 that bore out one more 18, and no pose that was found; of 421 that "
+        "bore out less one",
+    )
     least_turn_odds: float = param(
         1.0,
         "log odds from which on the mirrored turn is told in place of the one found, of flat objects another place in "

@@ -71,6 +71,7 @@ def _limits(votes: VotesConfig) -> SurfaceLimits:
     return SurfaceLimits(
         float(votes.least_cosine),
         float(votes.ring_px),
+        float(votes.ring_share),
         float(votes.ring_width_px),
         float(votes.ring_visible),
         float(votes.point_px),

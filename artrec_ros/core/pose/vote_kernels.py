@@ -56,7 +56,7 @@ def ring_votes(
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner = room.at[0], room.at[1]
-    out_px, in_px = beside(limits)
+    out_px, in_px = beside(s, k, depth, view, limits)
     out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
     m, ring, seen, amid, within, is_open, on = len(u), 0.0, 0, 0.0, 0, room.open[k], s.contour[k]
     for i in range(m):

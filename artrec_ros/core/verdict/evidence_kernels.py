@@ -92,7 +92,9 @@ def along_outline(
     """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), the share
     of it that does not lie amid its class, and that over which the object's own parts do not lie; of what nobody owns
     in the image, 0 where that is nothing. Where another side of its component begins is no outline."""
-    k, own, (out_px, in_px) = s.marker_of[p], s.own[s.role[p]], beside(limits)
+    k, own = s.marker_of[p], s.own[s.role[p]]
+    _, _, depth = turned(A, s.centre[p])
+    out_px, in_px = beside(s, k, depth + b[2], view, limits)
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
     outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]

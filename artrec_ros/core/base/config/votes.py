@@ -107,6 +107,16 @@ class VotesConfig(Room):
         paths=_WHOLE,
         origin="outside of the seam that a segmenter leaves between two colours; 2/3 facing: right -9 of 197, 4/3: -1",
     )
+    ring_share: float = param(
+        0.03,
+        "of markers wider than 2 ring_px / ring_share rim and ring are looked at by this share of half their width "
+        "inside and outside of the outline",
+        low=0,
+        high=0.3,
+        paths=_WHOLE,
+        origin="files, calibrations and fits are off by shares of a marker's size: a plate 200 px wide in a webcam was "
+        "told in 19 of 41 pictures without, in 36 with",
+    )
     ring_width_px: float = param(
         1.5,
         "what a point of the ring stands for across the outline",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 from ..core.base.config import GREATEST_LABEL
@@ -74,9 +75,7 @@ def run(args: argparse.Namespace) -> int:
     if args.frames < 1:
         raise ConfigError(f"--frames: {args.frames} is none; 1 or more")
     camera = camera_of(args)
-    for target in targets:
-        if scene.floor_label and scene.floor_label in labels_of(target):
-            raise ConfigError(f"--floor-label: {scene.floor_label} is a label of '{target.name}'; choose another, or 0")
+    scene = _with_floor(scene, targets, chosen=args.floor_label is not None)
     if args.motion:
         frames = simulate_motion(targets, camera, scene, MotionConfig(**motion), sensor, args.seed, args.frames)
     else:
@@ -85,6 +84,21 @@ def run(args: argparse.Namespace) -> int:
     write_frames(shown, targets, args.output, args.storage, args.colour)
     print(f"{args.frames} frames in {args.output}: bag, truth.jsonl, annotations.json, camera.yaml, images, preview")
     return 0
+
+
+def _with_floor(scene: SceneConfig, targets: Sequence[Target], *, chosen: bool) -> SceneConfig:
+    """The same scene, its floor of another class where nobody chose one and the default is an object's.
+
+    :raises ConfigError: the class that was chosen is an object's.
+    """
+    of = {label: t.name for t in targets for label in labels_of(t)}
+    if not scene.floor_label or scene.floor_label not in of:
+        return scene
+    if chosen:
+        raise ConfigError(
+            f"--floor-label: {scene.floor_label} is a label of '{of[scene.floor_label]}'; choose another, or 0"
+        )
+    return dataclasses.replace(scene, floor_label=next(n for n in range(1, GREATEST_LABEL + 1) if n not in of))
 
 
 def _targets(args: argparse.Namespace) -> tuple[Target, ...]:

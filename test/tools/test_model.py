@@ -172,6 +172,22 @@ components:
     assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
 
 
+def test_what_looks_the_same_throughout_is_told_once(tmp_path):
+    """Not of each of a box's sides: they are seen together."""
+    frame = "  frame: {required: true, label: 2, box: {size: [0.3, 0.25, 0.36]}}\n"
+    drawer = (
+        "  drawer_{}: {{label: {}, box: {{size: [0.26, 0.2, 0.09], xyz: [0.035, 0, 0]}}, joint: {{parent: frame, "
+        "type: prismatic, origin: {{xyz: [0, 0, {}]}}, axis: [1, 0, 0], limits: [0, 0.2]}}}}\n"
+    )
+    parts = frame + drawer.format(0, 3, -0.1) + drawer.format(1, 3, 0.1)
+    (path := tmp_path / "cabinet.yaml").write_text(f"format: artrec_object/1\nname: cabinet\ncomponents:\n{parts}")
+    (line,) = advice(find_ambiguities(load_object(path, {})), None, None)
+    assert line.startswith("warning: all of it looks the same after a turn of 180 degrees about its x axis")
+    assert "drawer_0, drawer_1 lie where drawer_1, drawer_0 did" in line
+    path.write_text(path.read_text().replace("drawer_1: {label: 3", "drawer_1: {label: 4"))
+    assert not advice(find_ambiguities(load_object(path, {})), None, None)
+
+
 @pytest.mark.parametrize("shape", ["box: {size: [0.1, 0.06, 0.04]}", "cylinder: {radius: 0.03, length: 0.001}"])
 def test_solids_are_not_told_to_be_what_they_are(tmp_path, shape):
     """A coin's sides are of one component and many; of two of one class side by side there is but one way out."""

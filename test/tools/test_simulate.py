@@ -2,6 +2,8 @@ import argparse
 import json
 from pathlib import Path
 
+import cv2
+import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
@@ -61,6 +63,14 @@ def test_wrong_usage_is_told_and_writes_nothing(tmp_path, arguments, message):
     with pytest.raises(ConfigError, match=message):
         run(*arguments, "-o", tmp_path / "out")
     assert not (tmp_path / "out").exists()
+
+
+def test_the_floor_has_a_class_of_its_own(tmp_path):
+    """Of an object whose label is that of floors it is another one."""
+    run(OBJECTS / "quadruped.yaml", "-o", tmp_path / "out", *SMALL, "--label", "1", "--frames", "2")
+    assert {o["team"] for objects in truth_of(tmp_path / "out") for o in objects} == {1}
+    codes = np.unique(cv2.imread(str(next((tmp_path / "out/images").glob("*.png"))), cv2.IMREAD_UNCHANGED))
+    assert len(codes) > 1 and {1, 2} <= set(codes.tolist())
 
 
 def truth_of(folder):

@@ -11,7 +11,7 @@ from typing import Any
 from ..base.jit import inlined, lean
 from ..geometry.pixel_kernels import LabelView, outline_pixels, turned
 from .hiding_kernels import boxes_in_camera, hide
-from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, ring_px
+from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, beside
 
 COVERED = -1.0  # in `Room.open`
 _ONE_PLANE = 1e-6  # share of the depth
@@ -41,7 +41,7 @@ def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, ro
         for j in range(n_m):
             room.front[k, j] = s.like[k, j] and room.shown[k] and room.shown[j]
             if room.front[k, j]:
-                far_px = ring_px(s, k, room.depth[k], view, limits)
+                far_px, _ = beside(s, k, room.depth[k], view, limits)
                 cover_by_marker(room.outlines[k], room.outlines[j], far_px, room.open[k])
                 before = (room.depth[k] - room.depth[j]) / room.depth[k]
                 room.front[k, j] = before > _ONE_PLANE or (before > -_ONE_PLANE and j < k)
@@ -121,7 +121,8 @@ def cover_by_boxes(s: Surface, k: int, R: Any, t: Any, view: LabelView, limits: 
     p, on, along, out = s.patch_of[k], s.contour[k], s.contour_along[k], room.beyond
     A, b, (nx, ny, nz) = R[s.component[p]], t[s.component[p]], s.normal[p]
     _, _, z = turned(A, s.centre[p])
-    far = ring_px(s, k, z + b[2], view, limits) * (z + b[2]) / view.K[0, 0]
+    far_px, _ = beside(s, k, z + b[2], view, limits)
+    far = far_px * (z + b[2]) / view.K[0, 0]
     for i in range(on.shape[1]):
         ax, ay, az = along[0, i], along[1, i], along[2, i]
         out[0, i] = on[0, i] + far * (ay * nz - az * ny)

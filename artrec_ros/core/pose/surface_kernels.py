@@ -61,7 +61,7 @@ class SurfaceLimits(NamedTuple):
 
     least_cosine: float
     ring_px: float
-    ring_share: float  # of half the width of a wide marker, see `ring_px`
+    ring_share: float  # of half the width of a wide marker, see `widened`
     ring_width_px: float
     ring_visible: float  # share of a marker, of what its object leaves of it, below which its ring does not vote
     point_px: float  # as far apart are the points of a patch of many pixels
@@ -72,23 +72,21 @@ class SurfaceLimits(NamedTuple):
 
 
 @inlined
-def ring_px(s: Surface, k: int, depth: float, view: LabelView, limits: SurfaceLimits) -> float:
-    """How far from the outline of marker `k` rim and ring are looked at: of a wide one farther, for its file, its
-    camera's calibration and the fit are off by shares of its size. Twice the area over the perimeter is half the width
-    of a square as of a strip.
+def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) -> float:
+    """How many times as far from the outline of marker `k` as `ring_px` rim and ring are looked at: of a wide one
+    farther, for its file, its camera's calibration and the fit are off by shares of its size. Twice the area over the
+    perimeter is half the width of a square as of a strip.
 
-    :param depth: of its middle, metres.
+    :param depth: of its middle, metres. :param f2: square of the focal length, pixels.
     """
-    half = 2 * s.area[s.patch_of[k]] / s.perimeter[k]
-    return max(
-        limits.ring_px, limits.ring_share * half * math.sqrt(view.K[0, 0] * view.K[1, 1]) / max(depth, LEAST_DEPTH_M)
-    )
+    half_px = 2 * s.area[s.patch_of[k]] / s.perimeter[k] * math.sqrt(f2) / max(depth, LEAST_DEPTH_M)
+    return max(1.0, limits.ring_share * half_px / limits.ring_px)
 
 
 @inlined
 def beside(s: Surface, k: int, depth: float, view: LabelView, limits: SurfaceLimits) -> tuple[float, float]:
     """How far outside and inside of a marker's outline it is looked at, pixels: of the one that it seems to have."""
-    far = ring_px(s, k, depth, view, limits)
+    far = limits.ring_px * widened(s, k, depth, view.K[0, 0] * view.K[1, 1], limits)
     return far + limits.swollen_px, far - limits.swollen_px
 
 

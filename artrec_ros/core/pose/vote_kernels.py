@@ -26,6 +26,7 @@ from .surface_kernels import (
     points_of,
     room_of,
     weigh_points,
+    widened,
 )
 
 LEAST_KNOWN = 0.5  # of a contour, that what is seen of it speaks for all of it
@@ -218,4 +219,5 @@ def is_supported(votes: float, area_px: float, agree: float, min_px: float, leas
 @inlined
 def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """Pixels that a marker's ring stands for."""
-    return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * limits.ring_width_px
+    width_px = limits.ring_width_px * widened(s, k, depth, f2, limits)
+    return s.perimeter[k] * (1 + min(cosine, 1.0)) / 2 * math.sqrt(f2) / depth * width_px

@@ -159,8 +159,10 @@ class Verdict:
     @property
     def doubt(self) -> str:
         """What speaks against a claim: what is not confirmed of it."""
+        fits = f"fits by {self.evidence.edge:.2f} (1: all around)"
         if self.case.startswith("alone"):
-            return f"its outline fits by {self.evidence.edge:.2f}, and no other component should be in view"
+            several = len(self.claim.finder.surface.model.components) > 1
+            return f"its outline {fits}{', and no other component should be in view' if several else ''}"
         root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
         seen = [names[c] for c in self.others]
         text = [f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"]
@@ -177,7 +179,7 @@ class Verdict:
             )
             text.append(f"nearest to it {names[nearest]} with {said}")
         elif not self.without_required:
-            text.append(f"the outline of {names[root]} fits by {self.evidence.edge:.2f}")
+            text.append(f"the outline of {names[root]} {fits}")
         return "; ".join(text)
 
     @property

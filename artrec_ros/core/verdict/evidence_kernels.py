@@ -21,6 +21,7 @@ from ..pose.surface_kernels import (
     find_inner,
     points_of,
     room_of,
+    widened,
 )
 from ..pose.vote_kernels import LEAST_KNOWN, is_supported
 
@@ -136,7 +137,9 @@ def outline_of(
         rim, parted, free = 0.0, 1.0, 1.0
         if looked:
             rim, parted, free = along_outline(s, p, A, b, view, limits, room)
-        length = by.around * perimeter_px(s, said, h, p) * free
+        _, _, z = turned(A, s.centre[p])
+        wide = widened(s, s.marker_of[p], z + b[2], view.K[0, 0] * view.K[1, 1], limits)
+        length = by.around * perimeter_px(s, said, h, p) * free * wide
         # as far as it votes, of what faces the camera
         inside += by.inside * said.agree[h, p] * said.area_px[h, p] * (parted if by.facing else 1.0)
         votes += said.votes[h, p]

@@ -18,6 +18,7 @@ from .completion import undirected, with_components, with_own_names
 from .metrics import Counts, judge_frame, shows_others
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
+from .same_looks import turned_alike
 from .slips import slips
 
 
@@ -127,7 +128,10 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
     sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
     scored = Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
-    noted = (*_turned_away(scored), *_undirected(scored), *slips(list(scored.outcomes()), sliding))
+    outcomes = list(scored.outcomes())
+    noted = (
+        *_turned_away(scored), *_undirected(scored), *slips(outcomes, sliding), *turned_alike(outcomes, run.models)
+    )  # fmt: skip
     return replace(scored, notes=(*scored.notes, *noted))
 
 

@@ -24,4 +24,4 @@ def odd_calibration(camera: Camera) -> Iterator[str]:
     elif off.max() > _OFF_MIDDLE and off.max() > _TIMES_NEARER * exchanged.max():
         yield f"{at}; are cx and cy, or width and height, exchanged?"
     if max(fx, fy) > _SQUARE * min(fx, fy):
-        yield f"focal lengths of {fx:.0f} and {fy:.0f} px: pixels of most cameras are square"
+        yield f"focal lengths of {fx:.0f} and {fy:.0f} px: pixels are square but in squeezed films"

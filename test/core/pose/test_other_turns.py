@@ -7,11 +7,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import RED, camera_of, pose, render, sign, slide, truck, turn_between
+from solids import BLUE, BODY, RED, camera_of, pose, render, sign, slide, truck, turn_between
 
-from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_turns import Evidence, evidence, likelier_turns, mirrored_turns
@@ -19,6 +20,7 @@ from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.io.objects.solids import box_solid
 
 CAMERA = camera_of()
 
@@ -113,3 +115,37 @@ def test_it_is_told_and_the_covariance_counts_it(model, least):
     near, close, there = scene(sign(), pose(0, 0, 0.35, 0.9, 0.1))
     (sure,) = Describer(near).describe(list(verdicts_of(claims_of(near, there, close))), close)
     assert sure.other_turn is None and np.sqrt(np.trace(sure.pose_covariance[3:, 3:])) < 0.2
+
+
+def beetle():
+    """A box with a flap of one class on either side, and a small head of another one above its middle plane."""
+    trunk = Box(Pose.identity(), np.array([0.2, 0.1, 0.04]))
+    head = Box(Pose.from_xyz_rpy((0.115, 0, 0.015)), np.array([0.03, 0.05, 0.03]))
+    parts = [Component("trunk", box_solid(trunk)[0], required=True, bodies=(trunk,))]
+    parts.append(Component("head", box_solid(head)[0], label=BLUE, bodies=(head,)))
+    for name, side in (("left", 1), ("right", -1)):
+        leg = Box(Pose.from_xyz_rpy((0, 0.06 * side, 0)), np.array([0.03, 0.11, 0.02]))
+        hinge = Joint("trunk", Pose.from_xyz_rpy((0, 0.05 * side, 0)), np.array([0.0, 0.0, 1.0]), -0.5, 0.5)
+        parts.append(Component(name, box_solid(leg)[0], label=BODY, joint=hinge, bodies=(leg,)))
+    return ObjectModel("beetle", tuple(parts))
+
+
+def test_half_a_turn_of_a_box_is_told_by_what_it_bears_out():
+    """Its flaps lie where they did, bent the other way; its head is where the other pose has nothing."""
+    model, from_above = beetle(), np.array([[0, 1, 0], [0.6, 0, -0.8], [-0.8, 0, -0.6]], float)
+    R, q = from_above @ rotation_from_rotvec([0, 0, 0.8]), np.array([[0.3, -0.1]])
+    at = Poses(R[None], np.array([[0.0, 0.0, 0.9]]), q)
+    finder, frame, at = scene(model, at)
+    wrong = finder.rest.fitted(frame, Poses(R[None] @ np.diag([1.0, -1.0, -1.0]), at.t, q[:, ::-1] * -1))
+    told, (other,) = likelier_turns(finder, frame, wrong)
+    assert turn_between(told.R[0], R) < 0.1 and np.allclose(told.q, q, atol=0.1)
+    assert other is None or other.probability < 0.3
+    told, _ = likelier_turns(finder, frame, finder.rest.fitted(frame, at))
+    assert turn_between(told.R[0], R) < 0.1
+
+
+def test_a_turn_after_which_all_looks_the_same_is_no_other_one():
+    brick = Box(Pose.identity(), np.array([0.2, 0.1, 0.04]))
+    model = ObjectModel("brick", (Component("brick", box_solid(brick)[0], required=True, bodies=(brick,)),))
+    assert len(WholeObjectFinder(Target("brick", model, RED), DEFAULTS).ways_round) == 0
+    assert len(WholeObjectFinder(Target("beetle", beetle(), RED), DEFAULTS).ways_round) == 3

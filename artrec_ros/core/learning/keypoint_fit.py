@@ -62,14 +62,14 @@ class _State:
         return _State(self.R[index], self.t[index], self.q[index], self.cost[index], self.damping[index])
 
 
-def fit_points(kin: Kinematics, camera: Camera, points: Points, seed: int = 0) -> PointFit | None:
+def fit_points(kin: Kinematics, camera: Camera, points: Points) -> PointFit | None:
     """The pose and joints that bring the points to their pixels, all of them seen from in front; None: there is none.
 
     :param points: four or more; with fewer numbers than unknowns a fit is one of many.
     """
     if len(points.component) < 4:
         return None
-    state = _starts(kin, camera, points, np.random.default_rng(seed))
+    state = _starts(kin, camera, points, np.random.default_rng(0))
     for _ in range(_STEPS):
         state = _step(kin, camera, points, state)
     state = state.take(np.argsort(state.cost, kind="stable")[:_KEPT])

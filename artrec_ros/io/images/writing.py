@@ -21,16 +21,19 @@ _PNG, _PNG_HEADER = b"\x89PNG", 33  # bytes of the signature and the first chunk
 _JPEG_COMMENT = b"\xff\xfe"
 
 
-def save_picture(path: Path, picture: Image, options: Sequence[int] = ()) -> None:
-    """In the form that the name's end tells, whole or not at all. :param options: OpenCV's, of that form.
+def save_picture(path: Path, picture: Image) -> None:
+    """In the form that the name's end tells, whole or not at all.
 
     :raises ConfigError: there is no such form, or the file cannot be written.
     """
-    save_file(path, _encoded(path, picture, options))
+    save_file(path, _encoded(path, picture))
 
 
 def save_drawing(path: Path, picture: Image, options: Sequence[int] = ()) -> None:
-    """As `save_picture`, with `DRAWING` within, so that it may be drawn anew; to one of `DRAWING_SUFFIXES`."""
+    """As `save_picture`, with `DRAWING` within, so that it may be drawn anew; to one of `DRAWING_SUFFIXES`.
+
+    :param options: OpenCV's, of that form.
+    """
     save_file(path, _noted(_encoded(path, picture, options)))
 
 
@@ -45,7 +48,7 @@ def _noted(data: bytes) -> bytes:
     return data[:first_end] + told + data[first_end:]
 
 
-def _encoded(path: Path, picture: Image, options: Sequence[int]) -> bytes:
+def _encoded(path: Path, picture: Image, options: Sequence[int] = ()) -> bytes:
     try:
         done, data = cv2.imencode(path.suffix, picture, list(options))
     except cv2.error:

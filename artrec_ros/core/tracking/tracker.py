@@ -9,7 +9,6 @@ one frame's doubt does not end what is known.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import replace
@@ -23,6 +22,7 @@ from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
 from ..model.found import Detection, FrameResult, Rejection
 from ..model.target import Target
+from ..verdict.judge import too_low
 from .doubles import Places, leaps
 from .existence import Continuity, newcomers
 from .following import begun, followed
@@ -294,8 +294,7 @@ class Tracker:
 
 def _waiting(detection: Detection, likely: float, least: float) -> Rejection:
     """Why an object that is found is not told yet."""
-    share = math.floor(100 * likely) / 100  # rounded up it might be what is wanted
-    reason = f"probability {share:.2f} by all images so far is below {least:g}: one that is seen again is told"
+    reason = too_low(likely, least, "one that is seen again is told", by=" by all images so far")
     return Rejection(detection.object, reason, likely, detection.image.x, detection.image.y)
 
 

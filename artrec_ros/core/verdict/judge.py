@@ -151,10 +151,11 @@ class Judge:
         return None
 
 
-def too_low(probability: float, least: float, doubt: str) -> str:
-    """Why what is less probable than an object must be is none. :param doubt: what speaks against it."""
+def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:
+    """Why what is less probable than an object must be is none. :param doubt: what speaks against it, or what may yet
+    speak for it. :param by: what the probability is told by, where it is not the image alone."""
     told = math.floor(100 * probability) / 100  # rounded up it might be what is wanted
-    return f"probability {told:.2f} is below {least:g}: {doubt}"
+    return f"probability {told:.2f}{by} is below {least:g}: {doubt}"
 
 
 def _trust(verdicts: Verdicts) -> Array:

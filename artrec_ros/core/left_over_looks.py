@@ -18,7 +18,7 @@ from .image.image_frame import ImageFrame
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
-from .pose.through_middles import Middles, ThroughMiddles
+from .pose.through_middles import Middles
 from .verdict.acceptance import Verdict
 from .verdict.left_over import LeftOver, LeftOvers
 
@@ -28,10 +28,7 @@ class LeftOverLooks:
 
     def __init__(self, finders: Sequence[WholeObjectFinder], climb: Climb) -> None:
         self._climb, self._most = climb, min((f.config.middles.looks for f in finders), default=0)
-        self._of = {
-            finder: (LeftOvers(finder), ThroughMiddles(finder.surface, finder.config, facing=finder.facing))
-            for finder in finders
-        }
+        self._of = {finder: LeftOvers(finder) for finder in finders}
 
     def candidates(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
@@ -41,7 +38,7 @@ class LeftOverLooks:
         for finder, verdict, middles in islice(self._looks(frame, accepted, blobs), self._most):
             if frame.deadline.expired:
                 break
-            found = self._climbed(finder, self._of[finder][1], verdict, frame, middles)
+            found = self._climbed(finder, verdict, frame, middles)
             if len(found):
                 out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
         return out
@@ -50,7 +47,7 @@ class LeftOverLooks:
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
         """What is to be explained of each object that is not sure in spite of it, by the finder that has it."""
-        for finder, (left_overs, _) in self._of.items():
+        for finder, left_overs in self._of.items():
             own = (v for v in accepted if v.claim.finder.target is finder.target)
             mine = [v for v in own if left_overs.is_in_doubt(_seen(v))]
             if not mine or frame.deadline.expired:
@@ -62,11 +59,10 @@ class LeftOverLooks:
                 for middles in self._middles(finder, verdict, one, frame.camera) if one.blobs else ():
                     yield finder, verdict, middles
 
-    def _climbed(
-        self, finder: WholeObjectFinder, through: ThroughMiddles, verdict: Verdict, frame: ImageFrame, middles: Middles
-    ) -> Poses:
+    def _climbed(self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, middles: Middles) -> Poses:
         """Poses through some middles that have more votes than the one that was found."""
-        poses = finder.climber.within_limits(frame.camera, through.of(frame.camera, verdict.claim.poses, middles))
+        poses = finder.through_middles.of(frame.camera, verdict.claim.poses, middles)
+        poses = finder.climber.within_limits(frame.camera, poses)
         found = finder.polished(frame, finder.fit_all(frame, poses), self._climb)
         return found.poses[np.flatnonzero(found.votes > verdict.claim.votes)]
 
@@ -76,7 +72,7 @@ class LeftOverLooks:
         """What is seen of an object, together with all that it leaves, and with each alone of several."""
         shown, poses = [verdict.shown[c] for c in _seen(verdict)], verdict.claim.poses
         frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
-        at, scale = self._of[finder][0].places(frames, shown, camera)
+        at, scale = self._of[finder].places(frames, shown, camera)
         lost = list(left.blobs)
         for some in [lost] + [[c] for c in lost] * (len(lost) > 1):
             more = [finder.surface.markers_of[c][0] for c in some]

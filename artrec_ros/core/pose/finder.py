@@ -34,6 +34,7 @@ from .seeds import Seeds
 from .seen_alike import SeenAlike
 from .stand_ins import StandIns
 from .surface_model import Poses, SpatialModel
+from .through_middles import ThroughMiddles
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -107,6 +108,11 @@ class WholeObjectFinder:
         self.climber = Climber(self.voter, self.config, facing=self.facing)
         self.refit = Refit(self.surface, self.voter.value, self.config, facing=self.facing)
         self.rest = Resting(self.voter, self.climber, self.config, facing=self.facing)
+
+    @cached_property
+    def through_middles(self) -> ThroughMiddles:
+        """Poses that have components where blobs are."""
+        return ThroughMiddles(self.surface, self.config, facing=self.facing)
 
     @property
     def is_alike_throughout(self) -> bool:

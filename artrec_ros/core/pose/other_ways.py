@@ -19,7 +19,7 @@ from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
 from .other_turns import ANY_DEPTH, other_of, turn_odds, weighed
 from .surface_model import Poses
-from .through_middles import Middles, ThroughMiddles
+from .through_middles import Middles
 
 LEAST_BEND = 0.1  # radians, or units of what slides: ways that are nearer to each other are one
 
@@ -29,7 +29,7 @@ class OtherWays:
 
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, self._kin = finder, finder.surface.kinematics
-        self._through = ThroughMiddles(finder.surface, finder.config, facing=finder.facing)
+        self._through = finder.through_middles
 
     def of(
         self, frames: Sequence[ImageFrame], poses: Poses, seen: Sequence[Collection[int]], used: NDArray[np.bool_]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -29,6 +29,7 @@ class Matches:
 
     :param labels: (K,) class label of each.
     :param evidence: per placement; `placed.score` is `evidence.score`.
+    :param known_overlap: `overlap`, where that has been worked out already.
     """
 
     shapes: list[Shape]
@@ -36,6 +37,7 @@ class Matches:
     labels: np.ndarray
     evidence: Evidence
     cmap: ContourMap | None = None
+    known_overlap: Array1 | None = None
 
     def __len__(self) -> int:
         return len(self.placed)
@@ -43,17 +45,16 @@ class Matches:
     @cached_property
     def overlap(self) -> Array1:
         """(K, K) share of the smaller one's area that two placements of one class have in common."""
-        return overlap_matrix(self.shapes, self.placed, self.labels)
+        known = self.known_overlap
+        return overlap_matrix(self.shapes, self.placed, self.labels) if known is None else known
 
     def related(self, deadline: Deadline) -> Matches:
         """The same with `overlap` worked out; where the deadline ends that, only the strongest, as far as it came."""
         order = np.argsort(-self.placed.score, kind="stable")
         overlap = overlap_matrix(self.shapes, self.placed.take(order), self.labels[order], deadline)
-        kept = np.sort(order[: len(overlap)])
-        place = np.argsort(order[: len(overlap)])
-        matches = self if len(kept) == len(self) else self.take(kept)
-        matches.__dict__["overlap"] = overlap[np.ix_(place, place)]  # what the property would work out
-        return matches
+        kept = order[: len(overlap)]
+        place = np.argsort(kept)
+        return replace(self.take(kept[place]), known_overlap=overlap[np.ix_(place, place)])
 
     @cached_property
     def packed(self) -> Found:

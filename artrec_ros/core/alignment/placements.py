@@ -66,6 +66,11 @@ class Placements:
         """(H,) pixels per metre along the direction that no turn out of the plane shortens."""
         return np.abs(self.z) + np.abs(self.w)
 
+    @property
+    def packed(self) -> tuple[np.ndarray, ...]:
+        """As compiled code takes them: t, z, w, shape, slot."""
+        return self.t, self.z, self.w, self.shape, self.slot
+
     def area_px(self, shapes: list[Shape]) -> Array1:
         return pack_shapes(tuple(shapes)).area[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
 
@@ -142,11 +147,7 @@ def evidence(
         *compiled.evidence(
             cmap.contours,
             pack_shapes(tuple(shapes)),
-            placed.t,
-            placed.z,
-            placed.w,
-            placed.shape,
-            placed.slot,
+            *placed.packed,
             tolerance_px(placed.area_px(shapes), config.alignment),
             config.alignment.normal_agreement,
             cmap.image_size,

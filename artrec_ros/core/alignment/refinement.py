@@ -82,11 +82,7 @@ def _refined(
     t, z, w = move_onto_contours(
         cmap.contours,
         pack_shapes(tuple(shapes)),
-        placed.t,
-        placed.z,
-        placed.w,
-        placed.shape,
-        placed.slot,
+        *placed.packed,
         _gates(*config.alignment.gates_px, config.alignment.refine_steps),
         config.alignment.point_step,
         config.alignment.normal_agreement,

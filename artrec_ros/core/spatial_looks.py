@@ -43,7 +43,8 @@ class SpatialLooks:
         self.judge, self._config = judge, config
         climbs = zip(config.climb_hypotheses, config.climb_rounds, config.climb_first_steps, strict=True)
         self._climbs = [Climb(*climb) for climb in climbs]
-        self._plain_climb = self._climbs[-1]._replace(rounds=self._climbs[-2:][0].rounds)
+        before_last = self._climbs[max(len(self._climbs) - 2, 0)]
+        self._plain_climb = self._climbs[-1]._replace(rounds=before_last.rounds)
 
     def follow(
         self, frame: ImageFrame, finder: WholeObjectFinder, known: Known, now_s: float, config: RecallConfig

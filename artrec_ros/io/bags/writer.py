@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import cv2
@@ -53,9 +52,7 @@ class BagWriter:
             raise SourceError(f"{self._path}: cannot be written: {error}") from error
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         self._writer.close()
 
     def write(self, topic: str, stamp_ns: int, message: Message) -> None:

@@ -11,7 +11,6 @@ from contextlib import contextmanager
 from functools import partial
 from itertools import islice
 from pathlib import Path
-from types import TracebackType
 
 from ...core.base.errors import ConfigError, SourceError
 
@@ -140,9 +139,7 @@ class LineFile:
     def __enter__(self) -> LineFile:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *raised: object) -> None:
         os.close(self._handle)
 
     def lines(self) -> Iterator[str]:

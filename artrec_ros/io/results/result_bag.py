@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
-from types import TracebackType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,10 +45,8 @@ class ResultBag:
         self._writer.__enter__()
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._writer.__exit__(kind, error, trace)
+    def __exit__(self, *raised: object) -> None:
+        self._writer.__exit__(*raised)
 
     def add(self, frame: Recognised, picture: NDArray[np.uint8]) -> None:
         """The source's next frame and its overlay. :raises OSError: the bag cannot be written."""

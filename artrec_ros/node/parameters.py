@@ -92,8 +92,8 @@ class LiveParameters:
         node: Node,
         setup: Setup,
         on_change: Callable[[Setup], None],
-        calibrated: Callable[[], Collection[bool]] = lambda: (True, False),
-        camera: Callable[[], Camera | None] = lambda: None,
+        calibrated: Callable[[], Collection[bool]],
+        camera: Callable[[], Camera | None],
     ) -> None:
         self._node, self._specs = node, setup.specs
         self._setup = setup

@@ -18,7 +18,7 @@ def drawn(model: ObjectModel, taken: Collection[str], rng: np.random.Generator) 
     return names[rng.integers(len(names))] if names else None
 
 
-def all_taken(model: ObjectModel, taken: Collection[str], *, stands: bool = False) -> bool:
+def all_taken(model: ObjectModel, taken: Collection[str], *, stands: bool) -> bool:
     """Whether there is no other one of an object that occurs once, or in identities that do.
 
     :param stands: whether one stands there already.

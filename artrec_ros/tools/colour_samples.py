@@ -24,7 +24,6 @@ from ..io.learned.regions import MarkedImage
 # of `image`, by which colours are learned
 GIVEN = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
 _READ = partial(bar, desc="reading", unit="image", leave=False)
-_SHARP = ImageConfig()
 _UNMARKED = 255  # number of the pixels that nobody has marked
 _TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in
 
@@ -41,7 +40,7 @@ class Told:
 
     labels: Mapping[int, int]
     by_segmenter: bool
-    camera: ImageConfig = _SHARP
+    camera: ImageConfig
     pairs: list[Pair] = field(default_factory=list)
     exact: Sequence[Outlines] = ()
 
@@ -51,7 +50,7 @@ class Told:
 
 
 def samples_of_labels(
-    pairs: Iterable[Pair], labels: dict[str, int], every: int, blank: tuple[int, ...] = (), camera: ImageConfig = _SHARP
+    pairs: Iterable[Pair], labels: dict[str, int], every: int, blank: tuple[int, ...], camera: ImageConfig
 ) -> tuple[Samples, Told]:
     """Colours by class from images with label images; other labels as 'label N'.
 
@@ -65,10 +64,10 @@ def samples_of_labels(
 def samples_of_regions(
     marked: Iterable[MarkedImage],
     labels: dict[str, int],
-    blank: tuple[int, ...] = (),
-    camera: ImageConfig = _SHARP,
+    blank: tuple[int, ...],
+    camera: ImageConfig,
     *,
-    gamma_known: bool = False,
+    gamma_known: bool,
 ) -> tuple[Samples, Told]:
     """Colours by category from images with marked regions; where the lens has blurred them, with this undone.
 
@@ -81,7 +80,7 @@ def samples_of_regions(
     numbers = {name: n for n, name in names.items()}
     camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
     pairs = (_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked)
-    samples, told = _collect(pairs, names, labels, camera=camera)
+    samples, told = _collect(pairs, names, labels, by_segmenter=False, camera=camera)
     return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]])
 
 
@@ -117,8 +116,8 @@ def _collect(
     pairs: Iterable[Pair],
     names: dict[int, str],
     labels: Mapping[str, int],
-    by_segmenter: bool = False,
-    camera: ImageConfig = _SHARP,
+    by_segmenter: bool,
+    camera: ImageConfig,
 ) -> tuple[Samples, Told]:
     rng = np.random.default_rng(0)
     found = defaultdict(list)

@@ -22,7 +22,7 @@ _LINE_S = 10.0
 _BAR = "getting ready: {percentage:3.0f}% |{bar}| {elapsed}"
 
 
-def get_setup_ready(setup: Setup, calibrated: Collection[bool] = (True,)) -> None:
+def get_setup_ready(setup: Setup, calibrated: Collection[bool]) -> None:
     """Have the code that a set-up needs. :param calibrated: whether its sources are."""
     parts = {p for c in calibrated for p in parts_needed(setup.targets, setup.recognizer, calibrated=c)}
     with progress() as told:

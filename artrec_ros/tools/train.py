@@ -163,7 +163,7 @@ def train_classes(
     names: Sequence[str],
     coverage: float,
     max_scale_ratio: float,
-    camera: Camera | None = None,
+    camera: Camera | None,
 ) -> tuple[tuple[ConfigurationClass, ...], list[str]]:
     """A class of configurations per category, and lines that tell how its joints were found.
 

@@ -10,6 +10,7 @@ from artrec_ros.core.alignment.matching import Matches, find_matches
 from artrec_ros.core.alignment.placements import Placements
 from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.grouping.candidates import Candidates, Roles, candidates_of
 from artrec_ros.core.model.target import Target
 
@@ -21,12 +22,14 @@ def scene() -> SimpleNamespace:
 
 @pytest.fixture(scope="module")
 def starts(scene: SimpleNamespace) -> Placements:
-    return find_starts(scene.blobs, scene.cmap, scene.shapes, {*CRANES, (3, BLUE)}, CONFIG, Deadline())
+    wanted, scales = {*CRANES, (3, BLUE)}, scale_limits(CONFIG, None)
+    return find_starts(scene.blobs, scene.cmap, scene.shapes, wanted, CONFIG, Deadline(), scales)
 
 
 @pytest.fixture(scope="module")
 def matches(scene: SimpleNamespace) -> Matches:
-    return find_matches(scene.blobs, scene.cmap, scene.shapes[:3], CRANES, CONFIG, Deadline(), BLANK)
+    scales = scale_limits(CONFIG, None)
+    return find_matches(scene.blobs, scene.cmap, scene.shapes[:3], CRANES, CONFIG, Deadline(), BLANK, scales)
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..base.deadline import Deadline
-from ..geometry.range_limits import ScaleLimits, scale_limits
+from ..geometry.range_limits import ScaleLimits
 from ..image.blobs import Blob
 from .contour_map import ContourMap
 from .overlap import overlap_matrix
@@ -97,14 +97,13 @@ def find_matches(
     wanted: set[tuple[int, int]],
     config: RecognizerConfig,
     deadline: Deadline,
-    blank: tuple[int, ...] = (),
-    scales: ScaleLimits | None = None,
+    blank: tuple[int, ...],
+    scales: ScaleLimits,
 ) -> Matches:
     """Best of several hypotheses for every place, shape and class: the default profile.
 
-    :param wanted: (shape, label) pairs. :param scales: to look for; None: those of `config`.
+    :param wanted: (shape, label) pairs. :param scales: to look for.
     """
-    scales = scales or scale_limits(config, None)
     placed = find_starts(blobs, cmap, shapes, wanted, config, deadline.part(config.time.first_pass_share), scales)
     placed = refine(cmap, shapes, placed, config, deadline)
     if config.max_slant_deg > 0:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..base.config import AlignmentConfig, RecognizerConfig
 from ..base.deadline import Deadline
-from ..geometry.range_limits import ScaleLimits, scale_limits
+from ..geometry.range_limits import ScaleLimits
 from ..image.blobs import Blob, blob_anchors
 from . import start_kernels as compiled
 from .contour_map import ContourMap
@@ -31,18 +31,18 @@ def find_starts(
     wanted: set[tuple[int, int]],
     config: RecognizerConfig,
     deadline: Deadline,
-    scales: ScaleLimits | None = None,
+    scales: ScaleLimits,
 ) -> Placements:
     """The best hypotheses of every place, at most `refine_keep` a blob and shape.
 
     :param wanted: (shape, label) pairs.
     :param deadline: blobs that it leaves are not looked at.
-    :param scales: to look for; None: those of `config`.
+    :param scales: to look for.
     """
     packed = pack_shapes(tuple(shapes))
     couples = pack_couples(tuple(shapes), config.alignment.couple_spans)
     mine = _pack_blobs(blobs, cmap, shapes, wanted, config)
-    limits = _limits(config, scales or scale_limits(config, None))
+    limits = _limits(config, scales)
     spans = np.array(config.alignment.couple_spans)
     parts = []
     for b_from, b_to in _chunks(mine, len(couples.q1) * len(spans)):

@@ -142,7 +142,7 @@ def _compared(
     turns: Placements,
     *,
     by_seen: bool,
-    lone: int | None = None,
+    lone: int | None,
 ) -> tuple[Poses, Array]:
     """A pose laid otherwise, at rest, and log odds that it lies so: even ones where there is no time, and, by the
     markers seen, where it is likelier but not clearly so, as of mirrored turns.

@@ -80,7 +80,7 @@ class ViewBank:
         return guessing.BankArrays(*self._arrays, self._perimeter, scale, *self._moments)
 
     def align_blob(
-        self, frame: ImageFrame, blob: Blob, most: int, config: BlobsConfig, piece: int = 0
+        self, frame: ImageFrame, blob: Blob, most: int, config: BlobsConfig, piece: int
     ) -> tuple[Array, Array, np.ndarray]:
         """`align` of a blob; what was last asked for is known, for all components that have this marker."""
         last = self._last

@@ -105,7 +105,7 @@ def blob_couples(contour: Array, tolerances_px: tuple[float, ...]) -> tuple[Arra
     return both[:, :2].copy(), both[:, 2:].copy()
 
 
-def scale_range(area: ArrayLike, area_px: float, config: GuessesConfig, piece: int = 0) -> Array:
+def scale_range(area: ArrayLike, area_px: float, config: GuessesConfig, piece: int) -> Array:
     """(..., 2) scales at which views of an area are large enough to be told, and not much larger than their blob.
 
     :param piece: above 0: of one of several things that make up the blob, the smaller the higher.

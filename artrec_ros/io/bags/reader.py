@@ -249,7 +249,7 @@ def _unpacked_message(message: RawMessage) -> bytes:
         return b""  # `parse` reports a message without bytes
 
 
-def bag_files(path: Path, storage: str | None = None) -> list[Path]:
+def bag_files(path: Path, storage: str | None) -> list[Path]:
     """The storage files of a bag: of a folder, those that metadata.yaml lists, else all.
 
     :param storage: 'mcap' or 'sqlite3': only files of that kind.

@@ -77,7 +77,7 @@ for _kind in ("int", "float"):
 
 
 @lru_cache(maxsize=8)  # one command reads a file for this and for that: a fifth of a second, of many pairs
-def parsed_yaml(text: str, *, others: bool = False) -> Any:
+def parsed_yaml(text: str, *, others: bool) -> Any:
     """The content, which nobody changes. :param others: the file may be of others' making."""
     _check_events(text)
     return yaml.load(text, _OthersLoader if others else _Loader)

@@ -147,7 +147,7 @@ def setup_from_flat(
     return Setup(targets, configs, image, recognizer, tracking, node, resolved)
 
 
-def image_from_flat(flat: Mapping[str, Any], source: str | Path = NO_FILE) -> ImageConfig:
+def image_from_flat(flat: Mapping[str, Any], source: str | Path) -> ImageConfig:
     """What values of the section `image` say, of files that name no objects. As `setup_from_flat`."""
     values = _values(flat, source)
     classes = _read_names(values, "image.classes", [f.name for f in dataclasses.fields(ImageConfig)])

@@ -20,7 +20,7 @@ _CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
 _PREFERRED = "/ground_truth/"
 
 
-def load_pose_truth(path: Path, topics: Sequence[str] = ()) -> Truth:
+def load_pose_truth(path: Path, topics: Sequence[str]) -> Truth:
     """The poses of a bag's PoseArray topics; .../NAME/poses holds the objects called NAME.
 
     :param topics: which ones; none named: those under /ground_truth/, else all, if each name is there once.

@@ -20,7 +20,7 @@ OF_PAGES = "artrec model --print"  # a PDF's creator, which stands near its end
 _NEAR_BYTES = 2**16  # of a file's beginning and of its end, where its mark stands
 
 
-def check_output(output: Path, inputs: Iterable[Path], mark: str = "", *, overwrite: bool = True) -> None:
+def check_output(output: Path, inputs: Iterable[Path], mark: str, *, overwrite: bool = True) -> None:
     """Before the work: whether its outcome can be written there, and nothing is lost by it.
 
     :param mark: what a file of the command's own holds near its beginning or end: it may be written anew, and so may an

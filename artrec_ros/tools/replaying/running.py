@@ -38,7 +38,7 @@ class Running:
         pictures: Pictures,
         record: Callable[[int, FrameRecord], None],
         note: Callable[[str], None],
-        chained: bool = False,
+        chained: bool,
     ) -> None:
         self._order, self._sources, self._engine = order, sources, engine
         self._journal, self._known, self._join, self._pictures = journal, known, join, pictures

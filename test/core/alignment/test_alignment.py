@@ -11,6 +11,7 @@ from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.thinning_kernels import squared_pose_distance
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.contour_kernels import merge_boxes
 from artrec_ros.core.model.objects import Marker
@@ -27,7 +28,8 @@ def find(labels, markers, config=CONFIG, wanted=None, blank=()):
     shapes = [Shape.from_marker(m) for m in markers]
     blobs = find_blobs(labels, {1, 2}, config, blank)
     cmap = ContourMap.build(blobs, labels.shape[::-1])
-    return find_matches(blobs, cmap, shapes, wanted or {(s, 1) for s in range(len(shapes))}, config, Deadline(), blank)
+    wanted, scales = wanted or {(s, 1) for s in range(len(shapes))}, scale_limits(config, None)
+    return find_matches(blobs, cmap, shapes, wanted, config, Deadline(), blank, scales)
 
 
 def place(t, z):

@@ -13,6 +13,7 @@ from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.image.blobs import find_blobs
 
 CONFIG = RecognizerConfig()
@@ -23,7 +24,8 @@ SIZE = (200, 160)
 def proposals(labels, marker, config=CONFIG, deadline=None):
     blobs = find_blobs(labels, {1}, config)
     cmap = ContourMap.build(blobs, SIZE)
-    return find_starts(blobs, cmap, [Shape.from_marker(marker)], {(0, 1)}, config, deadline or Deadline())
+    shapes, scales = [Shape.from_marker(marker)], scale_limits(config, None)
+    return find_starts(blobs, cmap, shapes, {(0, 1)}, config, deadline or Deadline(), scales)
 
 
 def test_couples_run_round_the_polygon():

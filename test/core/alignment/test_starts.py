@@ -12,6 +12,7 @@ from artrec_ros.core.alignment.placements import matched_share
 from artrec_ros.core.alignment.starts import find_starts
 from artrec_ros.core.alignment.whole_contours import WholeContours
 from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.image.blobs import blob_anchors
 
 pytestmark = pytest.mark.uncompiled
@@ -44,7 +45,8 @@ def test_counts_are_sorted_and_equal_ones_keep_their_order():
 def test_starts_are_the_best_of_all_hypotheses(scene, changes):
     """Of every couple of anchors and every way to lie on the whole contour, tried one by one."""
     config = settings(coarse_step=8, **changes)
-    found = find_starts(scene.blobs, scene.cmap, scene.shapes, {(0, RED)}, config, Deadline())
+    scales = scale_limits(config, None)
+    found = find_starts(scene.blobs, scene.cmap, scene.shapes, {(0, RED)}, config, Deadline(), scales)
     shape, most = scene.shapes[0], config.max_scale or np.inf
     for b, blob in enumerate(scene.blobs):
         mine = found.take(np.flatnonzero(found.blob == b))

@@ -12,6 +12,7 @@ from artrec_ros.core.alignment.matching import find_matches
 from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.constraints.pair_boxes import reach_m
+from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.grouping import pair_table
 from artrec_ros.core.grouping.candidates import Roles, candidates_of
 from artrec_ros.core.grouping.group_search import GroupSearch
@@ -51,7 +52,8 @@ def test_candidates_are_instances_in_every_role_and_direction(matches, candidate
 
 
 def test_of_a_disc_no_direction_is_known(scene):
-    found = find_matches(scene.blobs, scene.cmap, scene.shapes, {(3, BLUE)}, CONFIG, Deadline(), BLANK)
+    scales = scale_limits(CONFIG, None)
+    found = find_matches(scene.blobs, scene.cmap, scene.shapes, {(3, BLUE)}, CONFIG, Deadline(), BLANK, scales)
     model = ObjectModel("dot", (Component("dot", (disc("d", 0.3),), required=True),))
     dots = candidates_of(Roles.of(Target("dot", model, BLUE), {("dot", "d"): 3}), found, CONFIG)
     assert dots.match.tolist() == list(range(len(found))) and len(found) > 0

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import LANES, inlined, jit
-from ..geometry.pixel_kernels import LabelView, turned
+from ..geometry.pixel_kernels import LabelView, outline_pixels, padded_pixel, turned
 
 NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
 MOST_LENGTH, MOST_WEIGHT = 2.0, 8.0  # at half the depth of a patch's middle: what is nearer lies outside the image
@@ -190,3 +190,23 @@ def find_inner(s: Surface, k: int, A: Any, b: Any, view: LabelView, inner: Any) 
             deep_px = math.sqrt(s.area[s.patch_of[j]]) * cosine * view.K[0, 0] / max(depth, LEAST_DEPTH_M)
             last, seen = j, deep_px > LEAST_STRIP_PX
         inner[i] = 1 if j >= 0 and seen else 0
+
+
+@inlined
+def look_beside(
+    s: Surface, k: int, A: Any, b: Any, depth: float, view: LabelView, limits: SurfaceLimits, room: Room
+) -> None:  # fmt: skip
+    """Fill the first (m,) of room.at with the pixels just outside and just inside of the outline of marker `k`, of the
+    one that it seems to have; where it meets others room.inner, too, as of `find_inner`.
+
+    :param A, b: its frame. :param depth: of its middle, metres.
+    """
+    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
+    u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
+    outer, inner = room.at[0], room.at[1]
+    out_px, in_px = beside(s, k, depth, view, limits)
+    for i in range(len(u)):
+        outer[i] = padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)
+        inner[i] = padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)
+    if s.has_meets[k]:
+        find_inner(s, k, A, b, view, room.inner)

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, turned
+from ..geometry.pixel_kernels import LabelView, locate, turned
 from ..model.chain_kernels import Chain, place_all
 from .covering_kernels import COVERED, cover, hide_by_markers
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
@@ -19,10 +19,9 @@ from .surface_kernels import (
     Surface,
     SurfaceLimits,
     aspect,
-    beside,
     count_for,
-    find_inner,
     is_near,
+    look_beside,
     points_of,
     room_of,
     weigh_points,
@@ -54,18 +53,10 @@ def ring_votes(
     :param own: (256,) how far each code is of its class. :param depth: of its middle. :param near: see `is_near`.
     :param cut: whether `room.hidden` tells which points of it boxes hide: there it is their outline that is seen.
     """
-    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
-    u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    outer, inner = room.at[0], room.at[1]
-    out_px, in_px = beside(s, k, depth, view, limits)
-    out, into = s.table[s.ring_role[k]], s.table[s.rim_role[k]]
-    m, ring, seen, amid, within, is_open, on = len(u), 0.0, 0, 0.0, 0, room.open[k], s.contour[k]
-    for i in range(m):
-        outer[i] = padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)
-        inner[i] = padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)
-    meets, goes_on = s.has_meets[k], room.inner
-    if meets:
-        find_inner(s, k, A, b, view, goes_on)
+    look_beside(s, k, A, b, depth, view, limits, room)
+    outer, inner, meets, goes_on = room.at[0], room.at[1], s.has_meets[k], room.inner
+    out, into, is_open, on = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k], s.contour[k]
+    m, ring, seen, amid, within = on.shape[1], 0.0, 0, 0.0, 0
     for i in range(m):
         if (cut and room.hidden[i]) or (meets and goes_on[i]):
             continue

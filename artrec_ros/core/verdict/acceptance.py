@@ -24,8 +24,9 @@ from ..pose.surface_model import SpatialModel
 from . import acceptance_curves, colour_curves, facing_curves
 from .acceptance_curves import Model
 from .claims import Claim, Claims
+from .curve_kernels import Curves, probabilities
 from .evidence import Evidence
-from .evidence_kernels import Criteria, Curves, Found, Said, examine, probabilities
+from .evidence_kernels import Criteria, Found, Said, examine
 
 # as evidence_kernels.py numbers them; then the same in images with colours, as far as these have curves of their own
 _SHOWN = "alone", "deserted", "borne out"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, lean
-from ..geometry.pixel_kernels import LabelView, locate, outline_pixels, padded_pixel, project, turned
+from ..geometry.pixel_kernels import LabelView, locate, project, turned
 from ..model.chain_kernels import Chain, place_all
 from ..pose.covering_kernels import COVERED, cover
 from ..pose.surface_kernels import (
@@ -17,8 +17,7 @@ from ..pose.surface_kernels import (
     Surface,
     SurfaceLimits,
     aspect,
-    beside,
-    find_inner,
+    look_beside,
     points_of,
     room_of,
     widened,
@@ -95,19 +94,14 @@ def along_outline(
     in the image, 0 where that is nothing. Where another side of its component begins is no outline."""
     k, own = s.marker_of[p], s.own[s.role[p]]
     _, _, depth = turned(A, s.centre[p])
-    out_px, in_px = beside(s, k, depth + b[2], view, limits)
+    look_beside(s, k, A, b, depth + b[2], view, limits, room)
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
-    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
-    u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
-    votes, seen, amid, known, outer, meets, goes_on = 0.0, 0, 0.0, 0, 0, s.has_meets[k], room.inner
-    if meets:
-        find_inner(s, k, A, b, view, goes_on)
-    for i in range(len(u)):
-        if meets and goes_on[i]:
+    m, votes, seen, amid, known, free = s.contour.shape[2], 0.0, 0, 0.0, 0, 0
+    for i in range(m):
+        if s.has_meets[k] and room.inner[i]:
             continue
-        outer += 1
-        beyond = view.padded[padded_pixel(u[i] + out_px * nu[i], v[i] + out_px * nv[i], view)]
-        within = view.padded[padded_pixel(u[i] - in_px * nu[i], v[i] - in_px * nv[i], view)]
+        free += 1
+        beyond, within = view.padded[room.at[0, i]], view.padded[room.at[1, i]]
         if beyond != limits.outside and beyond != limits.owned:
             seen += 1
             if is_open[i] == COVERED:
@@ -116,7 +110,7 @@ def along_outline(
             amid += is_open[i] * own[beyond]
             known += 1
     least = max(known, LEAST_KNOWN * seen, 1.0)
-    return votes / least, (known - amid) / least, least / max(seen, 1) * outer / len(u)
+    return votes / least, (known - amid) / least, least / max(seen, 1) * free / m
 
 
 @lean
@@ -312,33 +306,3 @@ def examine(
                 found.case[h] = FADED
             if found.case[h] != BORNE_OUT:
                 stand_in(s, said, by, h, frames_R, frames_t, rims, found)
-
-
-class Curves(NamedTuple):
-    """Some additive logistic models: of each the bias, and of each evidence a line through points."""
-
-    bias: Any  # (models,)
-    count: Any  # (models, columns) points, 0: it says nothing
-    x: Any  # (models, columns, points)
-    y: Any
-
-
-@lean
-def probabilities(curves: Curves, which: Any, evidence: Any, out: Any) -> None:
-    """Fill out (H,) with what each of H rows of evidence (H, columns) comes to under the model `which` (H,)."""
-    for h in range(len(out)):
-        m = which[h]
-        logit = curves.bias[m]
-        for k in range(evidence.shape[1]):
-            n, value = curves.count[m, k], evidence[h, k]
-            if n == 0:
-                continue
-            x, y = curves.x[m, k], curves.y[m, k]
-            i = 0
-            while i < n and x[i] <= value:
-                i += 1
-            if i == 0 or i == n:
-                logit += y[max(i - 1, 0)]
-            else:
-                logit += y[i - 1] + (y[i] - y[i - 1]) * (value - x[i - 1]) / (x[i] - x[i - 1])
-        out[h] = 1 / (1 + math.exp(min(-logit, 700.0)))

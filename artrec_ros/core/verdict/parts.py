@@ -16,7 +16,7 @@ from ..geometry.transforms import Array
 from ..pose.surface_model import Poses
 from . import acceptance_curves, facing_curves
 from .acceptance import Verdict, packed
-from .evidence_kernels import Curves, probabilities
+from .curve_kernels import Curves, probabilities
 from .parts_kernels import shares_alone
 
 

@@ -195,9 +195,7 @@ def _placed_px(points: Array, marker: Marker, place: Instance, plane: FieldPlane
     return np.stack([at.real, at.imag], axis=1)
 
 
-def body_outlines(
-    component: Component, marker: Marker, place: Instance, plane: FieldPlane | None
-) -> Iterator[Array]:
+def body_outlines(component: Component, marker: Marker, place: Instance, plane: FieldPlane | None) -> Iterator[Array]:
     """(n, 2) pixels of the outline of each box of a component that lies flat, of which a marker is at its place in the
     image; none where the marker's place on it is not known. :param plane: as of `outline_px`."""
     if marker.T_component_marker is None:

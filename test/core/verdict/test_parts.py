@@ -15,8 +15,8 @@ from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import packed, verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import PARTS
 from artrec_ros.core.verdict.claims import claims_of, silhouette
+from artrec_ros.core.verdict.curve_kernels import probabilities
 from artrec_ros.core.verdict.descriptions import Describer
-from artrec_ros.core.verdict.evidence_kernels import probabilities
 from artrec_ros.core.verdict.parts import PartEvidence, evidence_rows, part_probabilities
 
 CAMERA = camera_of()

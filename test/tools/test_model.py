@@ -43,10 +43,10 @@ def run(*arguments):
     return args.run(args)
 
 
-@pytest.fixture
-def toy(tmp_path):
-    (tmp_path / "toy.yaml").write_text(TOY)
-    return tmp_path / "toy.yaml"
+def advice_on(folder, text, camera=None, distance_m=None, labels=None):
+    """What is said of an object file of this text."""
+    (path := folder / "object.yaml").write_text(text)
+    return advice(find_ambiguities(load_object(path, labels or {})), camera, distance_m)
 
 
 def test_distances_follow_from_the_cameras_focal_length():
@@ -60,8 +60,8 @@ def test_distances_follow_from_the_cameras_focal_length():
     assert math.sqrt(150 / 0.00803) == pytest.approx(320 / lateral.found_m, rel=0.1)  # some 80 cm2, 150 px
 
 
-def test_what_will_be_ambiguous_is_told(toy):
-    lines = advice(find_ambiguities(load_object(toy, {})), pinhole_camera((640, 480), 60), 4.0)
+def test_what_will_be_ambiguous_is_told(tmp_path):
+    lines = advice_on(tmp_path, TOY, pinhole_camera((640, 480), 60), 4.0)
     text = "\n".join(lines)
     for expected in (
         "warning: base/bar looks the same after a turn of 180 degrees, and all starts there",
@@ -95,8 +95,7 @@ components:
 
 def test_sides_from_which_the_required_component_is_out_of_sight_are_named(tmp_path):
     """What a joint moves is no side of it; what a rigid body hides is known of all its sides."""
-    (path := tmp_path / "box.yaml").write_text(SIDES)
-    lines = advice(find_ambiguities(load_object(path, {})), None, None)
+    lines = advice_on(tmp_path, SIDES)
     (said,) = [line for line in lines if "recognizer.required: visible" in line]
     assert "where back face the camera, 'front' may be out of sight" in said
     (bare,) = [line for line in lines if "without body" in line]
@@ -119,17 +118,15 @@ components:
     label: {label}
     markers: {{left: {{marker: side, pose: {{xyz: [0, 0.03, 0], x_axis: [-1, 0, 0], y_axis: [0, 0, 1]}}}}}}
 """
-    (path := tmp_path / "box.yaml").write_text(text)
-    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "one component" in n]
+    told = [n for n in advice_on(tmp_path, text) if "one component" in n]
     assert len(told) == said
     assert all(n.startswith("warning: front/side, left/left are sides of one class that meet") for n in told)
     one = text.replace(f"  left:\n    label: {label}\n    markers: {{left", "      left").replace(
         ": {side: {pose", ":\n      side: {pose", 1
     )
     one = one.replace("[0, 0, 1]}}}\n", "[0, 0, 1]}}\n")
-    path.write_text(one)
-    assert len(load_object(path, {}).components) == 1
-    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "meet" in n or "adjoin" in n]
+    assert not [n for n in advice_on(tmp_path, one) if "meet" in n or "adjoin" in n]
+    assert len(load_object(tmp_path / "object.yaml", {}).components) == 1
 
 
 @pytest.mark.parametrize(("size", "said"), [(0.06, False), (0.05, True)])
@@ -146,9 +143,7 @@ components:
     markers: {{side: {{pose: {{xyz: [0.0301, 0, 0], x_axis: [0, 1, 0], y_axis: [0, 0, 1]}}}}}}
     body: {{label: 1, boxes: [{{size: [0.06, 0.06, 0.06]}}]}}
 """
-    (path := tmp_path / "box.yaml").write_text(text)
-    lines = advice(find_ambiguities(load_object(path, {})), None, None)
-    assert any("cannot be seen on it" in line for line in lines) == said
+    assert any("cannot be seen on it" in line for line in advice_on(tmp_path, text)) == said
 
 
 def test_markers_of_one_component_that_are_seen_at_once_are_named(tmp_path):
@@ -165,11 +160,10 @@ components:
       b: {marker: square, pose: {xyz: [0.1, 0, 0]}}
       back: {marker: square, pose: {xyz: [0.1, 0, -0.01], x_axis: [-1, 0, 0], y_axis: [0, 1, 0]}}
 """
-    (path := tmp_path / "board.yaml").write_text(text)
-    (told,) = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
+    (told,) = [n for n in advice_on(tmp_path, text) if "seen at once" in n]
     assert told.startswith("warning: board/a, board/b are of one component")
-    path.write_text(text.replace("      b: {", "  other:\n    markers:\n      b: {"))
-    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "seen at once" in n]
+    apart = text.replace("      b: {", "  other:\n    markers:\n      b: {")
+    assert not [n for n in advice_on(tmp_path, apart) if "seen at once" in n]
 
 
 def test_what_looks_the_same_throughout_is_told_once(tmp_path):
@@ -197,11 +191,9 @@ name: toy
 components:
   one: {{required: true, label: 1, {shape}}}
 """
-    (path := tmp_path / "toy.yaml").write_text(text)
-    assert not [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "component" in n]
+    assert not [n for n in advice_on(tmp_path, text) if "component" in n]
     if "box" in shape:
-        path.write_text(text + "  two: {label: 1, box: {size: [0.1, 0.06, 0.04], xyz: [0.1, 0, 0]}}\n")
-        lines = advice(find_ambiguities(load_object(path, {})), None, None)
+        lines = advice_on(tmp_path, text + "  two: {label: 1, box: {size: [0.1, 0.06, 0.04], xyz: [0.1, 0, 0]}}\n")
         assert not [n for n in lines if "one component" in n] and [n for n in lines if "leave a gap" in n]
 
 
@@ -233,9 +225,7 @@ def test_markers_adjoin_that_may_be_seen_together(tmp_path, shape, pose, said, t
     if turned:
         lines = text.splitlines()
         text = "\n".join([*lines[:-2], lines[-1], lines[-2]]) + "\n"
-    (path := tmp_path / "board.yaml").write_text(text)
-    told = [n for n in advice(find_ambiguities(load_object(path, {})), None, None) if "adjoin" in n]
-    assert len(told) == said
+    assert len([n for n in advice_on(tmp_path, text) if "adjoin" in n]) == said
 
 
 @pytest.mark.parametrize(("base", "lid", "said"), [("", "red", False), ("blue", "blue", True), ("", "", True)])
@@ -253,11 +243,10 @@ def test_markers_of_classes_with_other_names_are_not_taken_for_each_other(base, 
 def test_classes_that_no_identity_shows_are_named(tmp_path):
     text = (OBJECTS / "mirosot.yaml").read_text()
     first = text[: text.index("  gv: {left: g")] + "unique: true\n"  # gr alone
-    (path := tmp_path / "robot.yaml").write_text(first)
-    lines = advice(find_ambiguities(load_object(path, dict(green=2, red=3, violet=4))), None, None)
-    assert "warning: no identity has the class 'r', 'v' for 'left': what shows it is no left" in lines
-    whole = load_object(OBJECTS / "mirosot.yaml", dict(green=2, red=3, violet=4))
-    assert not [line for line in advice(find_ambiguities(whole), None, None) if "no identity has" in line]
+    labels = dict(green=2, red=3, violet=4)
+    said = "warning: no identity has the class 'r', 'v' for 'left': what shows it is no left"
+    assert said in advice_on(tmp_path, first, labels=labels)
+    assert not [line for line in advice_on(tmp_path, text, labels=labels) if "no identity has" in line]
 
 
 def test_long_lists_of_markers_are_shortened():
@@ -339,9 +328,7 @@ components:
 
 
 def test_of_several_markers_of_one_shape_one_speaks_for_all(tmp_path):
-    (tmp_path / "fingers.yaml").write_text(FINGERS)
-    found = find_ambiguities(load_object(tmp_path / "fingers.yaml", {}))
-    lines = advice(found, pinhole_camera((640, 480), 60), None)
+    lines = advice_on(tmp_path, FINGERS, pinhole_camera((640, 480), 60))
     (told,) = [line for line in lines if "told apart" in line]
     assert "one/near (and 1 like it) and three/far (and 1 like it)" in told
     assert "without body" not in "".join(lines)  # flat: there is no far side

@@ -56,9 +56,7 @@ class Recogniser:
 @pytest.fixture
 def params(tmp_path):
     (tmp_path / "arm.yaml").write_text(OBJECT)
-    path = tmp_path / "params.yaml"
-    path.write_text(yaml.safe_dump({"/**": {"ros__parameters": PARAMETERS}}))
-    return path
+    return params_of(tmp_path / "params.yaml", **PARAMETERS)
 
 
 @pytest.fixture
@@ -80,6 +78,23 @@ def bag(path: Path, firsts) -> Path:
     return path
 
 
+def folder_of(path: Path, firsts) -> Path:
+    """Pictures 0.png, 1.png, ..., each filled with one number."""
+    path.mkdir()
+    for n, first in enumerate(firsts):
+        cv2.imwrite(str(path / f"{n}.png"), np.full((24, 32), first, np.uint8))
+    return path
+
+
+def params_of(path: Path, **sections) -> Path:
+    path.write_text(yaml.safe_dump({"/**": {"ros__parameters": sections}}))
+    return path
+
+
+def summary_of(output: Path) -> dict:
+    return json.loads((output / "summary.json").read_text())
+
+
 def run(params, source, output, *more) -> int:
     return main(["replay", str(source), "--params-file", str(params), "-o", str(output), *more])
 
@@ -92,7 +107,7 @@ def test_everything_promised_is_written(tmp_path, params, recogniser, capsys):
     assert [[d.image.x for d in r.detections] for r in records] == [[1.0], [], [2.0]]
     assert [r.frame for r in records] == ["/cam/labels"] * 3  # of two topics the one that fits labels
     assert all(c is not None and c.frame_id == "o" for c in recogniser.cameras)
-    summary = json.loads((out / "summary.json").read_text())
+    summary = summary_of(out)
     assert summary["frames"] == 3 and summary["objects"] == {"arm": 2} and summary["frames_without_objects"] == 1
     assert summary["looked_for"] == {"arm": {"label": 3, "required": "base"}} and not summary["interrupted"]
     assert [p.name for p in sorted((out / "frames").iterdir())] == [
@@ -178,18 +193,13 @@ def test_objects_keep_their_ids(tmp_path, params, recogniser):
 
 
 def test_tracking_can_be_switched_off(tmp_path, params, recogniser):
-    content = yaml.safe_load(params.read_text())
-    content["/**"]["ros__parameters"]["tracking"] = {"enabled": False}
-    params.write_text(yaml.safe_dump(content))
+    params_of(params, **PARAMETERS, tracking={"enabled": False})
     assert run(params, bag(tmp_path / "bag", [4, 30, 0, 6]), tmp_path / "out") == 0
     assert ids(tmp_path / "out") == [[0], [0], [], [0]]
 
 
 def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):
-    folder = tmp_path / "images"
-    folder.mkdir()
-    for name, first in (("0.png", 1), ("2.png", 9), ("3.png", 2), *((f"{n}.png", 9) for n in range(4, 8))):
-        cv2.imwrite(str(folder / name), np.full((24, 32), first, np.uint8))
+    folder = folder_of(tmp_path / "images", [1, 1, 9, 2, 9, 9, 9, 9])
     (folder / "1.png").write_bytes(bytes(30))
     (folder / "8.png").mkdir()
     assert run(params, folder, tmp_path / "out") == 0
@@ -197,7 +207,7 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
     assert [r.frame for r in records] == [f"{n}.png" for n in range(9)]
     assert [r.error is None for r in records] == [True, False, False, True] + 5 * [False]
     assert records[1].detections == () and records[2].error == "a nine"
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["frames_with_error"] == 7
+    assert summary_of(tmp_path / "out")["frames_with_error"] == 7
     said = capsys.readouterr().err
     assert "5 frame(s) could not be used: a nine (2.png, 4.png, 5.png, ...)\n" in said
     assert "1 frame(s) could not be used: is a folder; a file is wanted here (8.png)\n" in said
@@ -205,11 +215,8 @@ def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogni
 
 
 def test_where_nothing_is_found_who_tells_why_is_named(tmp_path, params, recogniser, capsys):
-    images, out = tmp_path / "images", tmp_path / "out"
-    images.mkdir()
-    cv2.imwrite(str(images / "0.png"), np.zeros((4, 4), np.uint8))
-    command = ["replay", str(images), "--params-file", str(params), "-o", str(out), "--images", "none", "--no-video"]
-    assert main(command) == 0
+    out = tmp_path / "out"
+    assert run(params, folder_of(tmp_path / "images", [0]), out, "--images", "none", "--no-video") == 0
     assert (
         f"nothing was found: 'rejected' in {out / 'detections.jsonl'} may tell why, or artrec inspect {params}"
         in capsys.readouterr().err
@@ -217,10 +224,7 @@ def test_where_nothing_is_found_who_tells_why_is_named(tmp_path, params, recogni
 
 
 def test_where_no_image_can_be_used_nothing_is_said_of_objects(tmp_path, params, recogniser, capsys):
-    (tmp_path / "images").mkdir()
-    for name in ("0.png", "1.png"):
-        cv2.imwrite(str(tmp_path / "images" / name), np.full((24, 32), 9, np.uint8))
-    assert run(params, tmp_path / "images", tmp_path / "out") == 1
+    assert run(params, folder_of(tmp_path / "images", [9, 9]), tmp_path / "out") == 1
     printed = capsys.readouterr().out
     assert "frames 2, no image could be used" in printed and f"why is told in {tmp_path / 'out'}" in printed
     assert "without any" not in printed and "results in" not in printed
@@ -268,7 +272,7 @@ def test_an_interrupted_replay_leaves_what_it_has(tmp_path, params, recogniser, 
     before = signal.getsignal(signal.SIGTERM)
     assert run(params, bag(tmp_path / "bag", [1] * 6), tmp_path / "out") == 130
     assert len(list(read_results(tmp_path / "out" / "detections.jsonl"))) == 3  # the frame at hand is finished
-    assert json.loads((tmp_path / "out" / "summary.json").read_text())["interrupted"] is True
+    assert summary_of(tmp_path / "out")["interrupted"] is True
     assert "interrupted" in capsys.readouterr().out
     assert signal.getsignal(signal.SIGTERM) is before
 
@@ -294,21 +298,19 @@ def test_existing_results_are_kept_unless_overwritten(tmp_path, params, recognis
     assert (out / "mine.txt").exists()
 
 
-def test_results_that_no_plan_tells_of_are_kept(tmp_path, params, recogniser, capsys):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out" / "detections.jsonl").write_text("mine")
-    assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out") == 1
-    assert "--overwrite" in capsys.readouterr().err
-    assert (tmp_path / "out" / "detections.jsonl").read_text() == "mine"
-
-
-@pytest.mark.parametrize("name", ["video.mp4", "summary.json", "parameters.yaml", "bag_0"])
-def test_files_of_nobody_knows_whom_are_kept(tmp_path, params, recogniser, capsys, name):
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("detections.jsonl", "results already"),
+        *((name, name) for name in ("video.mp4", "summary.json", "parameters.yaml", "bag_0")),
+    ],
+)
+def test_files_of_nobody_knows_whom_are_kept(tmp_path, params, recogniser, capsys, name, told):
     (tmp_path / "out").mkdir()
     (tmp_path / "out" / name).write_text("mine")
     assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out") == 1
     said = capsys.readouterr().err
-    assert f"holds {name}" in said and "--overwrite" in said
+    assert f"holds {told}" in said and "--overwrite" in said
     assert (tmp_path / "out" / name).read_text() == "mine"
     assert [p.name for p in (tmp_path / "out").iterdir() if p.name != "frames"] == [name]
 
@@ -354,16 +356,12 @@ def test_a_damaged_summary_is_told_with_the_way_out(tmp_path, params, recogniser
 
 @pytest.mark.parametrize("changed", ["source", "parameters", "object file"])
 def test_a_replay_of_something_else_is_not_gone_on_with(tmp_path, params, recogniser, capsys, changed):
-    source, out = tmp_path / "images", tmp_path / "out"
-    source.mkdir()
-    cv2.imwrite(str(source / "0.png"), np.ones((24, 32), np.uint8))
+    source, out = folder_of(tmp_path / "images", [1]), tmp_path / "out"
     assert run(params, source, out) == 0
     if changed == "source":
         cv2.imwrite(str(source / "1.png"), np.ones((24, 32), np.uint8))
     elif changed == "parameters":
-        content = yaml.safe_load(params.read_text())
-        content["/**"]["ros__parameters"]["recognizer"] = {"min_match": 0.5}
-        params.write_text(yaml.safe_dump(content))
+        params_of(params, **PARAMETERS, recognizer={"min_match": 0.5})
     else:
         (tmp_path / "arm.yaml").write_text(OBJECT.replace("0.05", "0.04"))
     assert run(params, source, out) == 1
@@ -421,7 +419,7 @@ def test_each_source_has_its_counts_and_its_lines(tmp_path, params, recogniser):
     sources = [bag(tmp_path / "a", [1, 0, 9]), bag(tmp_path / "b", [1])]
     arguments = ["replay", *map(str, sources), "--params-file", str(params), "-o", str(tmp_path / "out")]
     assert main(arguments) == 0
-    per_source = json.loads((tmp_path / "out" / "summary.json").read_text())["per_source"]
+    per_source = summary_of(tmp_path / "out")["per_source"]
     assert [(s["frames"], s["frames_with_error"], s["objects"]) for s in per_source] == [
         (3, 1, {"arm": 1}), (1, 0, {"arm": 1}),
     ]  # fmt: skip
@@ -431,7 +429,7 @@ def test_each_source_has_its_counts_and_its_lines(tmp_path, params, recogniser):
 def test_without_timing_there_is_none(tmp_path, params, recogniser, capsys):
     assert run(params, bag(tmp_path / "bag", [1]), tmp_path / "out", "--no-timing") == 0
     (record,) = read_results(tmp_path / "out" / "detections.jsonl")
-    assert record.timing_ms == {} and json.loads((tmp_path / "out" / "summary.json").read_text())["total_ms"] is None
+    assert record.timing_ms == {} and summary_of(tmp_path / "out")["total_ms"] is None
     assert "ms per frame" not in capsys.readouterr().out
 
 
@@ -472,9 +470,7 @@ def test_wrong_usage(tmp_path, params, recogniser, wrong):
 @pytest.mark.parametrize("folder", ["bag", "frames"])
 def test_an_offset_beyond_the_end_is_told(tmp_path, params, recogniser, capsys, folder):
     bag(tmp_path / "bag", [1, 2, 3])
-    (tmp_path / "frames").mkdir()
-    for name in ("0.png", "1.png"):
-        cv2.imwrite(str(tmp_path / "frames" / name), np.ones((24, 32), np.uint8))
+    folder_of(tmp_path / "frames", [1, 1])
     assert run(params, tmp_path / folder, tmp_path / "out", "--start-offset", "100") == 1
     told = capsys.readouterr().err
     assert told.count(f"{tmp_path / folder}: nothing of it is read: it lasts 0.") == 1
@@ -500,30 +496,25 @@ def test_each_run_builds_its_recogniser_anew(tmp_path, params, monkeypatch):
 
 
 def test_a_calibration_for_another_size_warns_as_a_missing_one_does(tmp_path, params, recogniser, capsys, monkeypatch):
-    section = {"objects": ["dog"], "dog": {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}}
-    (tmp_path / "dog.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
+    dog = {"object_file": str(CONFIG / "objects" / "quadruped.yaml"), "label": 3}
+    params_of(tmp_path / "dog.yaml", objects=["dog"], dog=dog)
     matrix = np.array([[40.0, 0, 24], [0, 40, 16], [0, 0, 1]])
     (tmp_path / "other.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (48, 32), "o")))
     (tmp_path / "own.yaml").write_text(camera_yaml(Camera(matrix, np.zeros(5), (32, 24), "o")))
-    source, says = tmp_path / "images", "dog: will not be found: it has no constraint_file, and it is not flat"
-    source.mkdir()
-    cv2.imwrite(str(source / "0.png"), np.full((24, 32), 1, np.uint8))
+    folder_of(tmp_path / "images", [1])
+    says = "dog: will not be found: it has no constraint_file, and it is not flat"
     monkeypatch.chdir(tmp_path)  # it is told once, however the folder is called where it is read
     for name, times in (("other", 1), ("own", 0)):
-        assert (
-            run(tmp_path / "dog.yaml", Path("images"), tmp_path / name, "--camera-info", str(tmp_path / f"{name}.yaml"))
-            == 0
-        )
+        camera = "--camera-info", str(tmp_path / f"{name}.yaml")
+        assert run(tmp_path / "dog.yaml", Path("images"), tmp_path / name, *camera) == 0
         said = capsys.readouterr().err
         assert said.count(says) == times and said.count("calibrated for 48x32 pixels") == times
 
 
 def test_what_cannot_be_found_for_want_of_constraints_is_told_once(tmp_path, params, recogniser, capsys):
-    content = yaml.safe_load((CONFIG / "objects" / "pendulum.yaml").read_text())
-    (tmp_path / "flat.yaml").write_text(yaml.safe_dump(content))
-    section = {"objects": ["bob"], "bob": {"object_file": "flat.yaml", "label": 3}}
-    (tmp_path / "flat_params.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
-    assert run(tmp_path / "flat_params.yaml", bag(tmp_path / "bag", [1, 1]), tmp_path / "out") == 0
+    shutil.copy(CONFIG / "objects" / "pendulum.yaml", tmp_path / "flat.yaml")
+    flat = params_of(tmp_path / "flat_params.yaml", objects=["bob"], bob={"object_file": "flat.yaml", "label": 3})
+    assert run(flat, bag(tmp_path / "bag", [1, 1]), tmp_path / "out") == 0
     said = capsys.readouterr().err
     assert said.count("bob: will not be found: it has no constraint_file") == 1
     assert "learn constraints with artrec train and name their file in bob.constraint_file" in said
@@ -534,9 +525,6 @@ def test_only_what_needs_calibration_is_missed_for_want_of_it(tmp_path, recognis
     shown = {"object_file": str(CONFIG / "objects" / f"{objects}.yaml"), "label": 3}
     names = {"green": 4, "red": 5, "violet": 6}
     image = {"kind": "labels", "classes": list(names), **{name: {"label": n} for name, n in names.items()}}
-    section = {"objects": ["it"], "it": shown, "image": image}
-    (tmp_path / "params.yaml").write_text(yaml.safe_dump({"/**": {"ros__parameters": section}}))
-    (tmp_path / "images").mkdir()
-    cv2.imwrite(str(tmp_path / "images" / "0.png"), np.ones((32, 48), np.uint8))
-    assert run(tmp_path / "params.yaml", tmp_path / "images", tmp_path / "out") == 0
+    params = params_of(tmp_path / "params.yaml", objects=["it"], it=shown, image=image)
+    assert run(params, folder_of(tmp_path / "images", [1]), tmp_path / "out") == 0
     assert ("images have no calibration" in capsys.readouterr().err) == told

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import re
@@ -122,6 +123,7 @@ def test_what_a_bag_lacks_is_told_once(folder: Path, capsys) -> None:
         (["images", "--label-images", "labels", "--every", "0"], "--every: 0"),
         (["images", "--label-images", "images"], "a colour image and a label image of one size"),
         (["images", "--label-images", "nowhere"], "class 'red': 0 pixels"),
+        (["images"], "images: is no bag; name the folder of its label images with --label-images"),
     ],
 )
 def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsys, monkeypatch) -> None:
@@ -140,13 +142,6 @@ def test_a_class_that_nobody_marked_names_those_that_are_marked(folder: Path, ca
     assert all(name in told.partition("there are also")[2] for name in ("red", "blue", "floor"))
 
 
-def test_a_folder_without_label_images_names_the_option(folder: Path, capsys) -> None:
-    assert learn(folder, str(folder / "images")) == 1
-    assert f"{folder / 'images'}: is no bag; name the folder of its label images with --label-images" in (
-        capsys.readouterr().err
-    )
-
-
 def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
     read = []
     monkeypatch.setattr(colour_samples, "_READ", lambda pairs: (read.append(1) or pair for pair in pairs))
@@ -154,21 +149,17 @@ def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
     assert len(read) == 3
 
 
-def test_a_class_that_is_given_twice_is_told(folder: Path, capsys) -> None:
-    classes = ["--classes", "red=3", "blue=2", "red=4"]
-    assert main(["learn-colours", *from_regions(folder), *classes, "-o", str(folder / "colours.yaml")]) == 1
-    assert "--classes: red is given twice; a class has one label" in capsys.readouterr().err
-
-
-def test_a_class_is_not_named_as_a_parameter(folder: Path, capsys) -> None:
-    assert main(["learn-colours", str(folder), "--classes", "background=3", "-o", "x.yaml"]) == 2
-    assert "'background' is the name of a parameter" in capsys.readouterr().err
-
-
-@pytest.mark.parametrize("text", ["red", "red=0", "red=300", "3=3", "red=x"])
-def test_a_class_is_a_name_and_a_label(folder: Path, text: str, capsys) -> None:
-    assert main(["learn-colours", str(folder), "--classes", text, "-o", "x.yaml"]) == 2
-    assert "is no NAME=LABEL" in capsys.readouterr().err
+@pytest.mark.parametrize(
+    "classes, code, words",
+    [
+        (["red=3", "blue=2", "red=4"], 1, "--classes: red is given twice; a class has one label"),
+        (["background=3"], 2, "'background' is the name of a parameter"),
+        *(([text], 2, "is no NAME=LABEL") for text in ("red", "red=0", "red=300", "3=3", "red=x")),
+    ],
+)
+def test_a_class_is_a_name_and_a_label(folder: Path, classes, code: int, words: str, capsys) -> None:
+    assert main(["learn-colours", *from_regions(folder), "--classes", *classes, "-o", str(folder / "c.yaml")]) == code
+    assert words in capsys.readouterr().err
 
 
 def frames(topic: str) -> dict[int, np.ndarray]:
@@ -251,11 +242,43 @@ def learn_robots(folder: Path, *more: str) -> int:
     return main(["learn-colours", *files, *more, "-o", str(folder / "colours.yaml")])
 
 
+def learned_image(folder: Path) -> ImageConfig:
+    """How images are read by the file that was written, beside the robots' own."""
+    return load_parameters(folder / "robots.yaml", folder / "colours.yaml").image
+
+
+def labels_of(image: ImageConfig) -> dict[str, int]:
+    return {name: c.label for name, c in image.classes.items()}
+
+
+def with_image(folder: Path, **values: float) -> None:
+    """The robots' parameter file with more of the section `image`."""
+    more = "".join(f"\n      {name}: {value}" for name, value in values.items())
+    (folder / "robots.yaml").write_text(ROBOTS.replace("kind: colour", f"kind: colour{more}"))
+
+
+def drawn(folder: Path, name: str, box: list[int]) -> None:
+    """A box of a category of its own in each picture."""
+    coco = json.loads((folder / "coco.json").read_text())
+    number = len(coco["categories"]) + 1
+    coco["categories"].append({"id": number, "name": name})
+    coco["annotations"] += [{"image_id": n, "category_id": number, "bbox": box} for n in range(3)]
+    (folder / "coco.json").write_text(json.dumps(coco))
+
+
+def drawn_alone(folder: Path) -> None:
+    """Boxes of the classes in place of axes."""
+    coco = json.loads((folder / "coco.json").read_text())
+    (folder / "coco.json").write_text(json.dumps({**coco, "annotations": [], "categories": []}))
+    for name, box in (("team", [11, 13, 14, 14]), ("red", [11, 33, 14, 14]), ("blue", [51, 33, 14, 14])):
+        drawn(folder, name, box)
+
+
 def test_axes_marked_for_training_are_enough(robots: Path, capsys) -> None:
     assert learn_robots(robots) == 0
-    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
-    assert {name: c.label for name, c in setup.image.classes.items()} == {"team": 1, "red": 3, "blue": 2}
-    read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))
+    image = learned_image(robots)
+    assert labels_of(image) == {"team": 1, "red": 3, "blue": 2}
+    read = Segmenter(image).labels(cv2.imread(str(robots / "0.png")))
     assert [(read[y : y + 10, x : x + 10] == label).mean() > 0.95 for y, x, label in (
         (15, 13, 1), (35, 13, 3), (15, 53, 1), (35, 53, 2)
     )] == [True] * 4  # fmt: skip
@@ -286,8 +309,7 @@ def with_body(folder: Path, pose: str) -> None:
 def test_a_class_of_bodies_is_learned_where_they_lie_flat(robots: Path, capsys) -> None:
     with_body(robots, "{pose: {xyz: [0, 0, 0]}}")
     assert learn_robots(robots) == 0
-    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
-    assert {name: c.label for name, c in setup.image.classes.items()} == {"team": 1, "plate": 5, "red": 3, "blue": 2}
+    assert labels_of(learned_image(robots)) == {"team": 1, "plate": 5, "red": 3, "blue": 2}
     assert "is not learned" not in capsys.readouterr().err
 
 
@@ -304,23 +326,11 @@ def test_a_class_of_other_bodies_is_learned_where_somebody_drew_it(robots: Path,
     assert learn_robots(robots) == 0
     assert "Class 'plate' (label 5) is not learned: it is of bodies alone" in capsys.readouterr().err
     with pytest.raises(ConfigError, match="'plate' is not in image.classes of the last file"):
-        load_parameters(robots / "robots.yaml", robots / "colours.yaml")
-    coco = json.loads((robots / "coco.json").read_text())
-    coco["categories"].append({"id": 2, "name": "plate"})
-    coco["annotations"] += [{"image_id": n, "category_id": 2, "bbox": [8, 50, 30, 8]} for n in range(3)]
-    (robots / "coco.json").write_text(json.dumps(coco))
+        learned_image(robots)
+    drawn(robots, "plate", [8, 50, 30, 8])
     assert learn_robots(robots) == 0
-    assert "plate" in load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes
+    assert "plate" in learned_image(robots).classes
     assert "is not learned" not in capsys.readouterr().err
-
-
-def drawn(folder: Path, name: str, box: list[int]) -> None:
-    """A box of a category of its own in each picture."""
-    coco = json.loads((folder / "coco.json").read_text())
-    number = len(coco["categories"]) + 1
-    coco["categories"].append({"id": number, "name": name})
-    coco["annotations"] += [{"image_id": n, "category_id": number, "bbox": box} for n in range(3)]
-    (folder / "coco.json").write_text(json.dumps(coco))
 
 
 def test_a_region_inside_an_outline_is_no_part_of_the_class(robots: Path, capsys) -> None:
@@ -338,12 +348,8 @@ def test_a_region_inside_an_outline_is_no_part_of_the_class(robots: Path, capsys
     rows = {line.split()[0]: line for line in printed.out.splitlines() if "%" in line}
     assert "(background)" in rows["qr"] and "(background)" in rows["yard"] and "100.0%" in rows["red"]
     assert "'blanked' is left out: no pixel is its own" in printed.err and "'under'" not in printed.err
-    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
-    read = Segmenter(image).labels(cv2.imread(str(robots / "1.png")))
+    read = Segmenter(learned_image(robots)).labels(cv2.imread(str(robots / "1.png")))
     assert not (read[37:43, 15:21] == 3).any() and (read[33:35, 12:24] == 3).all()
-
-
-GAMMA = ROBOTS.replace("kind: colour", "kind: colour\n      gamma: 1.8\n      smoothing_px: 0.7")
 
 
 def test_label_images_take_names_labels_and_gamma_of_the_parameter_file(robots: Path, capsys) -> None:
@@ -355,24 +361,21 @@ def test_label_images_take_names_labels_and_gamma_of_the_parameter_file(robots: 
         labels[32:48, 10:26], labels[32:48, 50:66] = 3, 2
         (robots / f"{n}.png").rename(robots / "images" / f"{n}.png")
         cv2.imwrite(str(robots / "labels" / f"{n}.png"), labels)
-    (robots / "robots.yaml").write_text(GAMMA)
+    with_image(robots, gamma=1.8, smoothing_px=0.7)
     sources = [str(robots / "images"), "--label-images", str(robots / "labels")]
     files = ["--params-file", str(robots / "robots.yaml"), "-o", str(robots / "colours.yaml")]
     assert main(["learn-colours", *sources, *files]) == 0
-    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
-    assert {name: c.label for name, c in image.classes.items()} == {"team": 1, "red": 3, "blue": 2}
+    image = learned_image(robots)
+    assert labels_of(image) == {"team": 1, "red": 3, "blue": 2}
     assert (image.gamma, image.smoothing_px, image.blur_px) == (1.8, 0.7, 0)
     assert "scale: " not in capsys.readouterr().out
 
 
 def test_drawn_regions_keep_the_gamma_of_the_parameter_file(robots: Path, capsys) -> None:
-    coco = json.loads((robots / "coco.json").read_text())
-    (robots / "coco.json").write_text(json.dumps({**coco, "annotations": [], "categories": []}))
-    for name, box in (("team", [11, 13, 14, 14]), ("red", [11, 33, 14, 14]), ("blue", [51, 33, 14, 14])):
-        drawn(robots, name, box)
-    (robots / "robots.yaml").write_text(GAMMA)
+    drawn_alone(robots)
+    with_image(robots, gamma=1.8, smoothing_px=0.7)
     assert learn_robots(robots) == 0
-    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.gamma == 1.8
+    assert learned_image(robots).gamma == 1.8
 
 
 def test_what_is_taken_beside_markers_is_told_with_what_to_do(robots: Path, capsys) -> None:
@@ -408,26 +411,24 @@ def test_options_that_do_not_go_together_are_told(robots, arguments, words, caps
 
 
 def test_what_was_decided_about_sharpening_goes_before_an_earlier_file(robots: Path) -> None:
-    text = (robots / "robots.yaml").read_text()
-    (robots / "robots.yaml").write_text(text.replace("kind: colour", "kind: colour\n      sharpen_px: 3"))
+    with_image(robots, sharpen_px=3)
     assert learn_robots(robots) == 0
-    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.sharpen_px in (0, 1)
+    assert learned_image(robots).sharpen_px in (0, 1)
 
 
 def test_a_blurred_lens_is_measured_and_undone_before_colours_are_learned(robots: Path, capsys) -> None:
     """And what an earlier file says of it goes: what was sharp is told to be so, too."""
-    text = (robots / "robots.yaml").read_text()
-    (robots / "robots.yaml").write_text(text.replace("kind: colour", "kind: colour\n      blur_px: 3"))
+    with_image(robots, blur_px=3)
     assert learn_robots(robots) == 0
     assert "blur_px: 0\n" in capsys.readouterr().out
-    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.blur_px == 0
+    assert learned_image(robots).blur_px == 0
     for n in range(3):
         path = str(robots / f"{n}.png")
         blurred = cv2.GaussianBlur(cv2.imread(path).astype(np.float32), (0, 0), 1.5)
         noisy = blurred + np.random.default_rng(n).normal(0, 2, blurred.shape)
         cv2.imwrite(path, np.clip(np.rint(noisy), 0, 255).astype(np.uint8))
     assert learn_robots(robots) == 0
-    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    image = learned_image(robots)
     assert image.blur_px == pytest.approx(1.5, rel=0.2)
     read = Segmenter(image).labels(cv2.imread(str(robots / "0.png")))
     assert (read[12:28, 10:26] == 1).mean() > 0.9 and (read[32:48, 50:66] == 2).mean() > 0.9
@@ -447,7 +448,7 @@ def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Pa
     earlier = "blue: {label: 2, rgb: [1, 2, 3, 4, 5, 6], light: [0.5, 1.5, 0.6, 1.2]}"
     (robots / "robots.yaml").write_text(text.replace("blue: {label: 2}", earlier))
     assert learn_robots(robots) == 0
-    assert load_parameters(robots / "robots.yaml", robots / "colours.yaml").image.classes["blue"].label == 2
+    assert learned_image(robots).classes["blue"].label == 2
 
 
 LEAVE_OUT, KEEP = "Leave the label out of the body", "green takes 25% of it: mark green well inside its edges"
@@ -475,12 +476,12 @@ def test_colours_are_learned_of_images_as_they_will_be_read(robots: Path) -> Non
     for n in range(3):
         image = cv2.imread(str(robots / f"{n}.png")).astype(int)
         cv2.imwrite(str(robots / f"{n}.png"), np.clip(image + 70 * ground, 0, 255).astype(np.uint8))
-    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", "kind: colour\n      smoothing_px: 1.5"))
+    with_image(robots, smoothing_px=1.5)
     assert learn_robots(robots) == 0
-    (robots / "robots.yaml").write_text(ROBOTS)  # the colours' file tells of it, as of all by which they are learned
-    setup = load_parameters(robots / "robots.yaml", robots / "colours.yaml")
-    assert setup.image.smoothing_px == 1.5
-    read = Segmenter(setup.image).labels(cv2.imread(str(robots / "0.png")))
+    with_image(robots)  # the colours' file tells of it, as of all by which they are learned
+    image = learned_image(robots)
+    assert image.smoothing_px == 1.5
+    read = Segmenter(image).labels(cv2.imread(str(robots / "0.png")))
     shares = [(read[y : y + 10, x : x + 10] == label).mean() for y, x, label in ((15, 13, 1), (35, 13, 3), (35, 53, 2))]
     assert min(shares) > 0.95, shares
 
@@ -490,51 +491,42 @@ def test_colours_are_learned_of_images_with_the_gain_of_the_parameter_file(robot
     image = cv2.imread(str(robots / "1.png"))
     dark = cv2.convertScaleAbs(image, alpha=0.2)
     cv2.imwrite(str(robots / "2.png"), dark)
-    gain = "kind: colour\n      gain_percentile: 95.0\n      gain_level: 0.7\n      gain_limit: 20.0"
-    (robots / "robots.yaml").write_text(ROBOTS.replace("kind: colour", gain))
+    with_image(robots, gain_percentile=95.0, gain_level=0.7, gain_limit=20.0)
     assert learn_robots(robots) == 0
-    (robots / "robots.yaml").write_text(ROBOTS)
-    learned = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    with_image(robots)
+    learned = learned_image(robots)
     assert (learned.gain_percentile, learned.gain_level, learned.gain_limit) == (95, 0.7, 20)
     light, night = (Segmenter(learned).labels(seen) for seen in (image, dark))
     assert {1, 2, 3} <= {*np.unique(light).tolist()} and np.mean(light == night) > 0.98
 
 
 def test_a_parameter_file_without_objects_tells_of_the_camera(robots: Path, capsys) -> None:
-    coco = json.loads((robots / "coco.json").read_text())
-    (robots / "coco.json").write_text(json.dumps({**coco, "annotations": [], "categories": []}))
-    for name, box in (("team", [11, 13, 14, 14]), ("red", [11, 33, 14, 14]), ("blue", [51, 33, 14, 14])):
-        drawn(robots, name, box)
+    drawn_alone(robots)
     camera = robots / "camera_params.yaml"
     camera.write_text("/**:\n  ros__parameters:\n    image: {kind: colour, gamma: 1.8, gain_percentile: 95.0}\n")
     marks, out = ["--annotations", str(robots / "coco.json")], ["-o", str(robots / "colours.yaml")]
     files = [*marks, "--params-file", str(camera), *out]
     assert main(["learn-colours", *files, "--classes", "team=1", "red=3", "blue=2"]) == 0
-    image = load_parameters(robots / "robots.yaml", robots / "colours.yaml").image
+    image = learned_image(robots)
     assert (image.gamma, image.gain_percentile, set(image.classes)) == (1.8, 95.0, {"team", "red", "blue"})
     assert main(["learn-colours", *files]) != 0
     assert "objects" in capsys.readouterr().err
 
 
-def enlarged(folder: Path, px: int) -> None:
-    """All that is painted in the pictures reaches farther by so much than the axes that are marked say."""
-    for n in range(3):
-        picture = cv2.imread(str(folder / f"{n}.png"))
-        for x in (10, 50):
-            for y in (12, 32):
-                patch = picture[y : y + 16, x : x + 16].copy()
-                wide = cv2.copyMakeBorder(patch, px, px, px, px, cv2.BORDER_REFLECT)
-                picture[y - px : y + 16 + px, x - px : x + 16 + px] = wide
-        cv2.imwrite(str(folder / f"{n}.png"), picture)
-
-
 def test_outlines_that_are_too_small_are_told_with_how_much(robots: Path, capsys) -> None:
-    """In place of the advice to choose another colour."""
-    enlarged(robots, 3)
+    """In place of the advice to choose another colour: all that is painted reaches farther than the marked axes say."""
+    px = 3
+    for n in range(3):
+        picture = cv2.imread(str(robots / f"{n}.png"))
+        for x, y in itertools.product((10, 50), (12, 32)):
+            patch = picture[y : y + 16, x : x + 16].copy()
+            wide = cv2.copyMakeBorder(patch, px, px, px, px, cv2.BORDER_REFLECT)
+            picture[y - px : y + 16 + px, x - px : x + 16 + px] = wide
+        cv2.imwrite(str(robots / f"{n}.png"), picture)
     assert learn_robots(robots) == 0
     printed = capsys.readouterr().out
     told = {name: float(px) for name, px in re.findall(r"(\w+) goes on for ([0-9.]+) px", printed)}
-    assert told == {name: pytest.approx(3, abs=0.6) for name in ("red", "blue")}  # the team's are closed in
+    assert told == {name: pytest.approx(px, abs=0.6) for name in ("red", "blue")}  # the team's are closed in
     assert "px (0.0" in printed and not re.search("(red|blue) takes .*'beside markers'", printed)
 
 

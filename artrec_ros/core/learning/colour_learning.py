@@ -200,14 +200,14 @@ def _class(label: int, references: list[Reference]) -> ClassConfig:
 
 def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping[int, int]) -> ImageConfig:
     """The configuration, sharpened or not, whichever gets more of the marked pixels right; of equals, and where nobody
-    has told where classes end, sharpened where markers are large.
+    has told where classes end, sharpened where markers are large and lose nothing by it inside, as rough ones do.
 
     :param pairs: images and the class numbers that somebody has told, edges included.
     :param labels: class number -> label; 0: the background's. Numbers that it does not have are passed over.
     """
     tried = [replace(image, sharpen_px=radius) for radius in (0, 1)]
     segmenters = [Segmenter(config) for config in tried]
-    shares, marked, seen, ended = [], list[float](), list[float](), []
+    shares, inside, marked, seen, ended = [], [], list[float](), list[float](), []
     for colours, told in pairs:
         read, known = [segmenter.labels(colours) for segmenter in segmenters], np.isin(told, list(labels))
         for number in np.unique(told).tolist():
@@ -215,15 +215,17 @@ def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping
                 own = told == number
                 shares.append([np.mean(labelled[own] == labels[number]) for labelled in read])
                 if labels[number]:
+                    inside.append(shares[-1])
                     marked += _sizes_px(own, own)
                     seen += _sizes_px(read[0] == labels[number], own)
                     ended.append(_told_around(own, known))
-    gain = float(np.diff(np.mean(shares, axis=0))[0]) if shares else 0.0
+    gain, gain_inside = (float(np.diff(np.mean(of, axis=0))[0]) if of else 0.0 for of in (shares, inside))
     told_ends = not ended or float(np.median(ended)) > _ENDED
     if told_ends and abs(gain) >= _ALIKE:
         return tried[int(gain > 0)]
     sizes = marked if told_ends or not seen else seen  # a region drawn inside of a marker says little of its size
-    return tried[int(bool(sizes) and float(np.median(sizes)) > _LARGE_PX)]
+    large = bool(sizes) and float(np.median(sizes)) > _LARGE_PX
+    return tried[int(large and gain_inside > -_ALIKE)]
 
 
 def _sizes_px(pixels: NDArray[np.bool_], regions: NDArray[np.bool_]) -> list[float]:

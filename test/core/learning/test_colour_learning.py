@@ -192,7 +192,9 @@ def test_sharpening_is_chosen_by_what_it_brings(blur: float, width: int, sharpen
 
 
 class WorseIfSharpened:
-    """A segmenter that knows what is marked, and less of it in a sharpened image."""
+    """A segmenter that knows what is marked, and less of some classes in a sharpened image."""
+
+    worse: tuple[int, ...] = ()
 
     def __init__(self, config: ImageConfig) -> None:
         self._lost = config.sharpen_px > 0
@@ -200,16 +202,20 @@ class WorseIfSharpened:
     def labels(self, image: np.ndarray) -> np.ndarray:
         read = image[..., 0].copy()
         if self._lost:
-            read[:, ::3] = 9
+            read[:, ::3] = np.where(np.isin(read[:, ::3], self.worse), 9, read[:, ::3])
         return read
 
 
-@pytest.mark.parametrize("width, around, sharpened", [(8, 255, 0), (60, 255, 1), (8, 0, 0), (60, 0, 0)])
+@pytest.mark.parametrize(
+    "width, around, worse, sharpened",
+    [(8, 255, (0,), 0), (60, 255, (0,), 1), (60, 255, (2,), 0), (8, 0, (0, 2), 0), (60, 0, (0, 2), 0)],
+)
 def test_where_nobody_has_told_the_edges_size_decides_on_sharpening(
-    monkeypatch: pytest.MonkeyPatch, width: int, around: int, sharpened: int
+    monkeypatch: pytest.MonkeyPatch, width: int, around: int, worse: tuple[int, ...], sharpened: int
 ) -> None:
-    """What is inside of a region says nothing of where the marker ends."""
+    """What is inside of a region says nothing of where the marker ends, but that it becomes speckled."""
     monkeypatch.setattr(colour_learning, "Segmenter", WorseIfSharpened)
+    monkeypatch.setattr(WorseIfSharpened, "worse", worse)
     marked = np.full((120, 100), around, np.uint8)
     marked[10 : 10 + width, 8 : 8 + width] = 2
     marked[100:] = 0  # what is background, elsewhere

@@ -74,9 +74,11 @@ class Recorder:
         self._plain_bends, self.bends = other_bends.bend_evidence, list[tuple[str, Pose, str, float, float, Any]]()
         vars(other_bends)["bend_evidence"] = self._bend_evidence
 
-    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any) -> other_turns.Evidence:
-        found, name = self._plain(finder, frame, poses, mirrored), finder.target.name
-        for n in range(len(poses)):
+    def _evidence(
+        self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None
+    ) -> other_turns.Evidence:
+        found, name = self._plain(finder, frame, poses, mirrored, component), finder.target.name
+        for n in range(len(poses) if component is None else 0):  # weights are of all that is known
             both = (Pose(p.R[n], p.t[n]) for p in (poses, mirrored))
             self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
         return found

@@ -29,6 +29,20 @@ def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...]
     return EdgeTerms(np.array(reach_px), inside, seam, outside, priors, *of_markers, no_end, *limits)
 
 
+def would_show(field: LabelField, point: Array, normal: Array, reach: int, border_px: float) -> NDArray[np.bool_]:
+    """(...) whether labels would show that a class ends at points (..., 2) of a contour, or within reach of them: they
+    tell something there, if only that nothing is, and neither the image ends nor does another object begin.
+
+    Unknown pixels beside known ones, as of a seam, or of which nothing is to be known tell nothing.
+
+    :param normal: (..., 2) outwards. :param border_px: edges so near to where the image ends are none.
+    """
+    away = np.arange(-reach, reach + math.ceil(border_px) + 1.0)
+    codes = field.at(point[..., None, :] + away[:, None] * normal[..., None, :])
+    told = (field.meaning.label[codes] != UNKNOWN)[..., : 2 * reach + 1].any(axis=-1)
+    return np.asarray(told & ((codes != OUTSIDE) & (codes != OWNED)).all(axis=-1))
+
+
 @cache
 def _kinds(marker_labels: tuple[tuple[int, ...], ...], label_of: bytes) -> NDArray[np.int32]:
     """(M, 256) what each code is along the normals of each marker. :param label_of: codes' labels."""

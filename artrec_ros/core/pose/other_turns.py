@@ -2,9 +2,9 @@
 
 A flat marker that is slanted looks almost as it does slanted the other way: only perspective tells, and of a small or
 distant marker little. Other components in other planes tell, and so do bodies. Two things bear out either turn, once
-both are at rest: votes, which count pixels of whole objects, and how near to contours edges lie, which is finer, most
-of all in colour images. Neither suffices; together they tell how probable each turn is, as fitted on random objects
-(`benchmarks/turns.py`).
+both are at rest: votes, which count pixels of whole objects, and how near to contours edges lie, and whether there are
+any, which is finer, most of all in colour images. Neither suffices; together they tell how probable each turn is, as
+fitted on random objects (`benchmarks/turns.py`).
 
 Half a turn of a box, or what else lays the required component's markers onto themselves, leaves most as it was, too:
 joints reach where they did. There a component tells that is borne out under one of both alone.
@@ -180,9 +180,11 @@ def contour_evidence(
     """Of H poses and another one for each, behind them. :param share: (H,) of the votes. :param used: (2, H, M)
     markers that the labels support. :param differ: (H, M) markers that are not in one place under both."""
     h = len(share)
-    misfit, points = _misfits(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))
-    told, other = np.log(misfit + _EXACT_PX**2).reshape(2, h)
-    ratio = points.reshape(2, h).mean(axis=0) / 2 * (told - other)
+    scatter, points = (
+        values.reshape(2, h)
+        for values in _scatters(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))
+    )
+    ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
     # who rests on fewer markers fits these better without being right: that does not count for it
     lacks = np.asarray((used[:, None] & ~used & differ).any(axis=-1))
     alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
@@ -191,11 +193,14 @@ def contour_evidence(
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
 
 
-def _misfits(
+def _scatters(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_], of: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
-    """(H,) mean square of the distances of contours from edges, in pixels, but for what all have in common; and of how
-    many points: neighbours nearer than a pixel see the same.
+    """(H,) logarithm of the mean square of the distances of contours from edges, in pixels, but for what all have in
+    common; and of how many points: neighbours nearer than a pixel see the same.
+
+    Points that should lie on an edge and lie on none are as unlikely as if all edges lay about as far off as they are
+    looked for. They count by themselves: in one mean with the others a few of them would be all it tells.
 
     :param use, of: (H, M) markers that tell what they have in common, and those of them whose distances count.
     """
@@ -203,7 +208,11 @@ def _misfits(
         return np.zeros(len(poses)), np.zeros(len(poses))
     fit, residual, weight = finder.rest.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
-    weight = weight * alone
-    off, weight = but_for_common(residual, weight), weight * of[:, use.any(axis=0)][..., None]
-    points, total = (alone * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    return (weight * off**2).sum(axis=(1, 2)) / total, points
+    weight, counts = weight * alone, of[:, use.any(axis=0)][..., None] * alone
+    lost = (counts * finder.rest.lost(frame, poses, use, fit)).sum(axis=(1, 2))
+    off, weight = but_for_common(residual, weight), np.where(counts > 0, weight, 0.0)
+    seen, total = (counts * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)
+    about_edges = np.log((weight * off**2).sum(axis=(1, 2)) / total + _EXACT_PX**2)
+    points = seen + lost
+    share = lost / np.maximum(points, 1e-9)
+    return (1 - share) * about_edges + share * np.log(finder.rest.reach_px(frame) ** 2), points

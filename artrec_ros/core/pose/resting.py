@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .climber import Climber
 from .colour_fit import ColourFit
+from .edges import would_show
 from .pose_fit import ContourFit, contour_fit, fit_poses
 from .region_fit import RegionFit
 from .surface_model import Poses
@@ -64,8 +66,24 @@ class Resting:
         its colours, or in its labels where it has none."""
         if isinstance(self._to_colours, ColourFit) and self.tells_colour_edges(frame):
             return self._to_colours.edges(frame, poses, used)
-        fit = contour_fit(self._surface, frame, poses, used, self._config.covariance.reach_px, self._config.fit)
+        fit = contour_fit(self._surface, frame, poses, used, self.reach_px(frame), self._config.fit)
         return fit, fit.residual, fit.weight
+
+    def reach_px(self, frame: ImageFrame) -> int:
+        """How far from contours `edges` are looked for."""
+        config = self._config
+        return config.fit.colour_reach_px if self.tells_colour_edges(frame) else config.covariance.reach_px
+
+    def lost(self, frame: ImageFrame, poses: Poses, used: np.ndarray, fit: ContourFit) -> NDArray[np.bool_]:
+        """(H, M, m) points of the contours of `edges` that should lie on one and lie on none: nothing hides them, none
+        of the object's other markers begins there, and labels would show it.
+
+        :param fit: what `edges` says of them.
+        """
+        which = np.flatnonzero(used.any(axis=0))
+        expected = self._surface.shown_contour(poses, used)[:, which] & self._surface.open_contour[which]
+        shown = would_show(frame.field, fit.point, fit.normal, self.reach_px(frame), self._config.fit.border_px)
+        return expected & shown & ~(fit.weight > 0)
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""

@@ -4,12 +4,29 @@ may be the true one."""
 from dataclasses import replace
 from types import SimpleNamespace
 
+import cv2
 import numpy as np
 import pytest
 from settings import DEFAULTS
-from solids import BLUE, BODY, RED, camera_of, pose, render, sign, slide, truck, turn_between
+from solids import (
+    BACKGROUND,
+    BLUE,
+    BODY,
+    RED,
+    RIGHT_SIDE,
+    camera_of,
+    marker,
+    pose,
+    rectangle,
+    render,
+    sign,
+    slide,
+    truck,
+    turn_between,
+)
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
@@ -102,6 +119,64 @@ def test_votes_and_contours_speak_for_the_true_turn():
     assert against.votes[0] < 0 < for_it.votes[0] and against.contours[0] < 0 < for_it.contours[0]
     assert against.contours[0] == pytest.approx(-for_it.contours[0])
     assert Evidence(np.zeros(1), np.zeros(1)).log_odds((-1.0, 2.0, 3.0))[0] == -1.0
+
+
+PX = 1 / 300  # of a pixel a metre from the camera
+PLATE = ObjectModel(
+    "plate", (Component("c", (marker("m", rectangle(60 * PX, 60 * PX), RIGHT_SIDE, (0, 0, 0)),), required=True),)
+)
+NEAR_ALL, ON_HALF = pose(0.3 * PX, 0.6 * PX), pose(12 * PX)  # of the edges of one that is straight ahead
+
+
+def ragged(background, seed):
+    """Labels of a plate straight ahead, of whose border a third of the pixels are wrong."""
+    labels, rng = render(CAMERA, [(PLATE, pose(), RED)], background), np.random.default_rng(seed)
+    own, around = (labels == RED).astype(np.uint8), np.ones((3, 3), np.uint8)
+    wrong = (cv2.dilate(own, around) > cv2.erode(own, around)) & (rng.random(own.shape) < 0.3)
+    return LabelField(np.where(wrong, np.where(own, background, RED), labels).astype(np.uint8))
+
+
+def half_for_all(field):
+    """What contours say for the one that lies on half of its edges, and how much for the other one."""
+    finder, frame = WholeObjectFinder(Target("plate", PLATE, RED), DEFAULTS), ImageFrame(field, CAMERA)
+    said, back = (evidence(finder, frame, *two).contours[0] for two in ((NEAR_ALL, ON_HALF), (ON_HALF, NEAR_ALL)))
+    assert back == pytest.approx(-said)
+    return said
+
+
+@pytest.mark.parametrize("background", [BACKGROUND, UNKNOWN], ids=["known", "empty"])
+@pytest.mark.parametrize("seed", range(3))
+def test_contours_that_should_lie_on_edges_and_lie_on_none_speak_against_a_place(background, seed):
+    """Half of the moved one's lie better on edges than the other's, for those that do not are left out there."""
+    assert half_for_all(ragged(background, seed)) < -2
+
+
+def test_contours_that_another_object_may_hide_speak_against_none():
+    (x, y), field = CAMERA.matrix[:2, 2], LabelField(render(CAMERA, [(PLATE, pose(), RED)]))
+    beside = [np.array([(x + s * a, y + b) for a in (12, 60) for b in (-45, 45)], np.float32) for s in (-1, 1)]
+    assert half_for_all(field.without(beside, nearer=True)) > 1
+
+
+def test_contours_are_lost_where_labels_deny_that_anything_ends():
+    labels = render(CAMERA, [(PLATE, pose(), RED)])
+    middle = round(CAMERA.matrix[0, 2])
+
+    def lost(field, at):
+        """Those of a plate, and how many pixels they are right of the true one's middle."""
+        finder, frame = WholeObjectFinder(Target("plate", PLATE, RED), DEFAULTS), ImageFrame(field, CAMERA)
+        used = np.ones((1, 1), bool)
+        fit, _, _ = finder.rest.edges(frame, at, used)
+        return finder.rest.lost(frame, at, used, fit)[0, 0], fit.point[0, 0, :, 0] - middle
+
+    assert not lost(LabelField(labels), NEAR_ALL)[0].any()
+    gone, right = lost(LabelField(labels), ON_HALF)
+    assert gone[np.abs(right + 18) < 2].all() and gone[np.abs(right - 42) < 2].all()
+    assert not gone[(right > -13) & (right < 25)].any()
+    labels[:, middle + 33 :] = UNKNOWN
+    gone, right = lost(LabelField(labels, ignored=(middle + 33, 0, 500, 500)), ON_HALF)
+    assert gone[np.abs(right + 18) < 2].all() and not gone[right > 32].any()
+    gone, right = lost(LabelField(labels), pose(170 * PX))  # partly beyond the image
+    assert gone[right < 141].all() and not gone[right > labels.shape[1] - middle].any()
 
 
 @pytest.mark.parametrize(("model", "least"), [(sign(), 0.8), (slide(), 0.5)])

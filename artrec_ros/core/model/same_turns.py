@@ -22,6 +22,7 @@ from .surface import MEETING
 _ORDERS = 12, 8, 6, 5, 4, 3, 2  # turns by a whole one over these are looked at
 _ONE_WAY = 0.95  # cosine: normals that are the same
 _STEP_RAD = 0.1  # of joints; of what slides, as much of its size
+_ROUND_RAD = np.radians(31)
 _NOWHERE = 1e9  # a misfit that is a number, and none
 _LOOKS, _SEED = 3, 4  # values of all joints that must agree
 _WITHIN = 0.8  # of joints' limits: beyond, the turned one's own could stand in the way
@@ -38,6 +39,11 @@ class SameTurn(NamedTuple):
     angle_rad: float
     places: Mapping[str, str]
     bent: Sequence[str]
+
+    @property
+    def is_round(self) -> bool:
+        """Whether it is so small that others between them look the same, too."""
+        return self.angle_rad < _ROUND_RAD
 
 
 def same_turns(model: ObjectModel) -> list[SameTurn]:

@@ -6,6 +6,7 @@ its class that one is hard to make out, while the others are plain; so each of t
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -14,6 +15,8 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob, centres, solidity
 from ..image.image_frame import ImageFrame
+from ..model.objects import ObjectModel
+from ..model.same_turns import same_turns
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
@@ -48,7 +51,7 @@ class Seeds:
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
         self.has_solids = any(g.has_solids for g in self._guessers.values())
-        self._disc = _lone_disc(surface) if target.model.needs_another else ()
+        self._round = round_about(surface)
         self._sizes_m2 = {c: guesser.largest_m2 for c, guesser in self._guessers.items()}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
 
@@ -103,11 +106,11 @@ class Seeds:
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False, hidden=hidden)
 
     def _all_headings(self, roots: Poses) -> Poses:
-        """Poses, best first, turned in all directions about the required component where that is a disc, which tells
+        """Poses, best first, turned in all directions about the required component where that is round, which tells
         none: the few that lie or slant otherwise. Else these poses."""
-        if not self._disc or not len(roots):
+        if not self._round or not len(roots):
             return roots
-        axis, middle = self._disc
+        axis, middle = self._round
         normal, at = roots.R @ axis, roots.R @ middle + roots.t
         niche, kept = self._search, list[int]()
         for n in range(len(roots)):
@@ -160,10 +163,22 @@ class Seeds:
         return self._patches[components, bodies]
 
 
-def _lone_disc(surface: SpatialModel) -> tuple[Array, Array]:
-    """The axis (3,) and the middle (3,) of the required component's only marker, a disc, in the object; joints
-    mid-range, as poses have them that begin with it."""
-    (marker,), kin = surface.markers_of[surface.root], surface.kinematics
-    frames, patch = kin.in_object(kin.middle[None]), surface.patches[marker]
+def round_about(surface: SpatialModel) -> tuple[Array, Array] | tuple[()]:
+    """The axis (3,) about which the required component looks the same in any direction, as a disc or a cylinder does,
+    and a point (3,) on it, in the object; joints mid-range, as poses have them that begin with it. Empty: it does not,
+    or there is nothing else."""
+    model, markers = surface.model, surface.markers_of[surface.root]
+    if len(model.components) == 1:
+        return ()
+    if model.needs_another:  # a disc
+        patch = surface.patches[markers[0]]
+        axis, middle = patch.normal, patch.drawn[0]
+    else:
+        alone = ObjectModel(model.name, (replace(model.required, joint=None),))
+        turns = [turn for turn in same_turns(alone) if turn.is_round]
+        if len(turns) != 1:
+            return ()
+        axis, middle = turns[0].axis, np.mean([surface.patches[p].drawn[3:].mean(axis=0) for p in markers], axis=0)
+    frames = surface.kinematics.in_object(surface.kinematics.middle[None])
     R, t = frames.R[0, surface.root], frames.t[0, surface.root]
-    return R @ patch.normal, R @ patch.drawn[0] + t
+    return R @ axis, R @ middle + t

@@ -11,7 +11,6 @@ from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
 from ...core.model.same_turns import SameTurn, same_turns
 
-_ROUND_RAD = math.radians(31)  # what looks the same after so small a turn is round
 _NAMED = 0.999  # cosine between an axis and one of the object's frame that gives it its name
 _LISTED = 3  # axes
 
@@ -27,7 +26,7 @@ def whole_turns(model: ObjectModel) -> Iterator[str]:
     if len(model.components) > 1:
         kind, way_out = "warning", f"{way_out}; a marker of a class, or in a place, of its own does"
     for (angle, places, bent), turns in groups.items():
-        turned = "any turn" if angle < _ROUND_RAD else f"a turn of {math.degrees(angle):.0f} degrees"
+        turned = "any turn" if turns[0].is_round else f"a turn of {math.degrees(angle):.0f} degrees"
         axes = _axes([turn.axis for turn in turns])
         yield f"{kind}: all of it looks the same after {turned} about {axes}{_besides(dict(places), bent)}: {way_out}"
 

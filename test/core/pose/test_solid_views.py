@@ -19,6 +19,7 @@ from artrec_ros.core.model.surface import sample_polygon
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.pose_fit import contour_fit
+from artrec_ros.core.pose.seeds import round_about
 from artrec_ros.core.pose.solid_views import solids_of
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
@@ -153,6 +154,43 @@ def test_a_cylinder_of_one_colour_is_found_as_it_lies():
         )
         assert np.linalg.norm(one.pose.position - pose.t[0]) < 0.02
         assert abs(one.pose.rotation[:, 2] @ pose.R[0, :, 2]) > np.cos(np.radians(4))
+
+
+@pytest.mark.parametrize("heading", [0.0, 0.9, 2.0, -2.3, -1.2])
+def test_which_way_a_round_foot_lies_what_stands_on_it_tells(heading):
+    """In all directions about its axis its outline is the same."""
+    markers, bodies = cylinder_solid(0.07, 0.03, Pose.identity())
+    arm = Box(Pose.from_xyz_rpy((0, 0, 0.095)), np.array([0.02, 0.03, 0.18]))
+    hinge = Joint("foot", Pose.from_xyz_rpy((0.03, 0, 0.015)), np.array([0.0, 1.0, 0.0]), -0.9, 0.9)
+    foot = Component("foot", markers, required=True, bodies=bodies)
+    lamp = ObjectModel("lamp", (foot, Component("arm", box_solid(arm)[0], label=BLUE, joint=hinge, bodies=(arm,))))
+    pose = Poses(
+        (FROM_ABOVE @ rotation_from_rotvec((0, 0, heading)))[None], np.array([[0, 0.05, 1.0]]), np.array([[0.5]])
+    )
+    config = RecognizerConfig(time_budget_ms=60000.0)
+    labels = render(CAMERA, [(lamp, pose, RED)])
+    (one,) = (
+        Recognizer([Target("lamp", lamp, RED)], config, Segmenter(ImageConfig())).recognize(labels, CAMERA).detections
+    )
+    assert turn_between(one.pose.rotation, pose.R[0]) < np.radians(8)
+    assert one.joints["arm"] == pytest.approx(0.5, abs=0.1)
+
+
+def test_what_is_round_is_turned_about_its_axis():
+    """Of an object that has more; of a box there is nothing to turn."""
+    at = Pose.from_xyz_rpy((0.1, 0.0, 0.02), (np.pi / 2, 0.0, 0.0))
+    markers, bodies = cylinder_solid(0.05, 0.03, at)
+    foot = Component("foot", markers, required=True, bodies=bodies)
+    box = Box(Pose.from_xyz_rpy((0.1, 0.1, 0.0)), np.array([0.02, 0.03, 0.1]))
+    arm = Component("arm", box_solid(box)[0], label=BLUE, bodies=(box,))
+
+    def surface(*components):
+        return SpatialModel(ObjectModel("toy", components), RED, DEFAULTS.votes)
+
+    axis, middle = round_about(surface(foot, arm))
+    assert abs(axis[1]) == pytest.approx(1) and middle == pytest.approx(at.position, abs=1e-6)
+    assert not round_about(surface(foot))
+    assert not round_about(surface(replace(arm, required=True), replace(foot, required=False)))
 
 
 @pytest.mark.parametrize(("radius", "length"), [(0.05, 0.2), (0.01, 0.3), (0.005, 0.3), (0.1, 0.005)])

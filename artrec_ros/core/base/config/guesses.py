@@ -172,8 +172,8 @@ class GuessesConfig(Room):
     )
     disc_poses: int = param(
         4,
-        "of a required component that is a disc so many poses, those that lie or slant otherwise, are turned in all "
-        "directions",
+        "of a required component that is a disc or a cylinder so many poses, those that lie or slant otherwise, are "
+        "turned in all directions",
         low=1,
         high=1000,
         paths=("space",),
@@ -181,7 +181,7 @@ class GuessesConfig(Room):
     )
     disc_turns: int = param(
         48,
-        "directions in which what lies around such a disc is looked for",
+        "directions in which what lies around such a one is looked for",
         low=1,
         high=1000,
         paths=("space",),

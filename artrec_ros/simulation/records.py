@@ -57,8 +57,9 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
 def _whole(ranked: Sequence[MarkerTruth], target: Target) -> list[MarkerTruth]:
     """The same with solids as one; the sides of the required one, too: where others hide most of it, one may be in full
     view."""
-    sides = [[m for m in ranked if m.component == name] for name in target.solids]
-    left = [m for m in ranked if m.component not in target.solids or m.component == target.model.required.name]
+    solids = [c.name for c in target.model.components if c.name in target.solids]
+    sides = [[m for m in ranked if m.component == name] for name in solids]
+    left = [m for m in ranked if m.component not in solids or m.component == target.model.required.name]
     return [*(_all_of(of) for of in sides if of), *left]
 
 

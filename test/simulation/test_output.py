@@ -122,7 +122,7 @@ def test_other_markers_of_a_component_are_named_with_it():
         return MarkerTruth("base", marker, 1.0, 100.0, visible_px, np.zeros(2), np.zeros(2), np.ones(2), None)
 
     pose = Pose(np.eye(3), np.array([0, 0, 1.0]))
-    target = SimpleNamespace(name="pump", label=3, solids=frozenset())
+    target = SimpleNamespace(name="pump", label=3, solids=frozenset(), model=SimpleNamespace(components=()))
     placed = SimpleNamespace(target=target, T_camera_object=pose, joints={}, identity=None)
     truth = ObjectTruth(placed, np.zeros(2), (seen("rear", 10.0), seen("front", 90.0)))
     frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
@@ -141,6 +141,21 @@ def test_a_box_of_one_colour_is_all_of_it_that_shows_beside_its_sides(camera):
     assert whole["visible_px"] == pytest.approx(sum(side["visible_px"] for side in sides))
     shares = [side["visible_px"] / whole["visible_px"] for side in sides]
     assert whole["centre"] == pytest.approx(np.array(shares) @ [side["centre"] for side in sides])
+
+
+def test_solids_are_told_in_the_objects_order():
+    """Whatever a set of names comes in: the same seed gives the same bytes."""
+    names = [f"part_{n}" for n in range(8)]
+
+    def seen(name):
+        return MarkerTruth(name, "top", 1.0, 100.0, 90.0, np.zeros(2), np.zeros(2), np.ones(2), None)
+
+    box = Box(Pose.identity(), np.full(3, 0.1))
+    parts = tuple(Component(n, box_solid(box)[0], n == names[0], bodies=(box,)) for n in names)
+    target = Target("stack", ObjectModel("stack", parts), 3)
+    placed = SimpleNamespace(target=target, T_camera_object=Pose.identity(), joints={}, identity=None)
+    frame = SimpleNamespace(stamp_ns=1, truths=(ObjectTruth(placed, np.zeros(2), tuple(map(seen, names[::-1]))),))
+    assert [n for n in truth_record(frame)["objects"][0]["components"] if "@" not in n] == names
 
 
 def test_the_bag_bears_true_joints_and_the_calibration_a_file(tmp_path, frames, target, camera):

@@ -21,8 +21,11 @@ from .surface import MEETING
 
 _ORDERS = 12, 8, 6, 5, 4, 3, 2  # turns by a whole one over these are looked at
 _ONE_WAY = 0.95  # cosine: normals that are the same
+_ALIKE = 0.1  # logarithm of sizes that differ by less are the same
+_NEAR = 6.0  # times what nobody sees: between two steps of a joint
 _STEP_RAD = 0.1  # of joints; of what slides, as much of its size
 _ROUND_RAD = np.radians(31)
+_MOST_TRIED = 8_000  # placements: what takes more, as many like parts on one axle, is not called the same
 _NOWHERE = 1e9  # a misfit that is a number, and none
 _LOOKS, _SEED = 3, 4  # values of all joints that must agree
 _WITHIN = 0.8  # of joints' limits: beyond, the turned one's own could stand in the way
@@ -57,6 +60,10 @@ def same_turns(model: ObjectModel) -> list[SameTurn]:
     return found
 
 
+class _TooManyError(Exception):
+    """More placements than are tried."""
+
+
 class _Piece(NamedTuple):
     """A marker, or a body of known class, in its component's frame: its outline or corners, and which way it faces."""
 
@@ -74,6 +81,14 @@ class Looks:
         self._parts = model.components
         self._index = {c.name: n for n, c in enumerate(self._parts)}
         self._pieces = [list(_pieces(c)) for c in self._parts]
+        self._middles = [np.mean([p.outline.mean(axis=0) for p in pieces], axis=0) for pieces in self._pieces]
+        self._off_m = [max(p.off_m for p in pieces) for pieces in self._pieces]
+        kinds = [sorted((p.labels, round(np.log(p.off_m) / _ALIKE)) for p in pieces) for pieces in self._pieces]
+        self._alike = [[m for m, kind in enumerate(kinds) if _same_kind(kind, own)] for own in kinds]
+        # parents come first, and of the rest what could lie in fewest places
+        depths = [self._depth(n) for n in range(len(self._parts))]
+        self._order = sorted(range(len(self._parts)), key=lambda n: (depths[n], len(self._alike[n])))
+        self._tried = 0
         rng = np.random.default_rng(_SEED)
         low, high = self._kin.lower, self._kin.upper
         q = (low + high) / 2 + _WITHIN * (rng.random((_LOOKS, len(low))) - 0.5) * (high - low)
@@ -100,42 +115,55 @@ class Looks:
         return None if laid is None else SameTurn(axis, angle_rad, *laid)
 
     def same_after(self, turn: Pose) -> bool:
-        """Whether all looks the same after a turn in the object's frame."""
-        return self._after(turn) is not None
+        """Whether all looks the same after a turn in the required component's frame."""
+        root = self._index[self._model.required.name]
+        return self._after(*(own[root] @ turn @ own[root].inverse() for own in self._looks)) is not None
 
-    def _after(self, turn: Pose) -> tuple[dict[str, str], list[str]] | None:
-        """See `SameTurn`; None: something looks otherwise."""
+    def _after(self, *turns: Pose) -> tuple[dict[str, str], list[str]] | None:
+        """See `SameTurn`; None: something looks otherwise. :param turns: in the object's frame, at each look or at
+        all of them."""
         places, bent, names = dict[str, str](), set[str](), [c.name for c in self._parts]
-        for own, values in zip(self._looks, self._values, strict=True):
-            laid = self._laid(0, own, turn, {}, {}, {})
-            if laid is None:
-                return None
-            images, joints = laid
-            places |= {names[n]: names[m] for n, m in images.items() if n != m}
-            bent |= {name for name, value in joints.items() if abs(value - values[name]) > _STEP_RAD / 2}
+        turns = turns if len(turns) > 1 else turns * len(self._looks)
+        self._tried = 0
+        try:
+            for own, values, turn in zip(self._looks, self._values, turns, strict=True):
+                laid = self._laid(0, own, turn, {}, {}, {})
+                if laid is None:
+                    return None
+                images, joints = laid
+                places |= {names[n]: names[m] for n, m in images.items() if n != m}
+                bent |= {name for name, value in joints.items() if abs(value - values[name]) > _STEP_RAD / 2}
+        except _TooManyError:
+            return None
         return places, sorted(bent)
+
+    def _depth(self, n: int) -> int:
+        """How many components carry one."""
+        joint = self._parts[n].joint
+        return 0 if joint is None else 1 + self._depth(self._index[joint.parent])
 
     def _laid(
         self,
-        n: int,
+        k: int,
         own: Sequence[Pose],
         turn: Pose,
         images: dict[int, int],
         frames: dict[int, Pose],
         joints: dict[str, float],
     ) -> tuple[dict[int, int], dict[str, float]] | None:
-        """Components from the `n`-th on laid on others; None: somewhere is none like one.
+        """Components from the `k`-th in order on laid on others; None: somewhere is none like one.
 
         :param own: where components are. :param images: on which one each of the first lies.
         :param frames: of these. :param joints: values at which they lie there.
         """
-        if n == len(self._parts):
+        if k == len(self._order):
             return images, joints
-        for m in range(len(self._parts)):
+        n = self._order[k]
+        for m in self._alike[n]:
             if m in frames:
                 continue
             for frame, joint in self._where(n, turn @ own[n], m, frames):
-                laid = self._laid(n + 1, own, turn, {**images, n: m}, {**frames, m: frame}, {**joints, **joint})
+                laid = self._laid(k + 1, own, turn, {**images, n: m}, {**frames, m: frame}, {**joints, **joint})
                 if laid is not None:
                     return laid
         return None
@@ -177,16 +205,24 @@ class Looks:
 
     def _misfit(self, n: int, at: Pose, m: int, frame: Pose) -> float:
         """How far component `n` at a pose is from component `m` in its frame, over what nobody sees; inf: they look
-        otherwise."""
-        if len(self._pieces[n]) != len(self._pieces[m]):
-            return np.inf
+        otherwise, or are nowhere near."""
+        self._tried += 1
+        if self._tried > _MOST_TRIED:
+            raise _TooManyError
         T, worst = frame.inverse() @ at, 0.0
+        if np.linalg.norm(T.apply(self._middles[n]) - self._middles[m]) > _NEAR * self._off_m[m]:
+            return np.inf
         for piece in self._pieces[n]:
             outline, normal = T.apply(piece.outline), T.rotation @ piece.normal
             worst = max(worst, min((_off(piece, outline, normal, p) for p in self._pieces[m]), default=np.inf))
             if np.isinf(worst):
                 break
         return worst
+
+
+def _same_kind(a: Sequence[tuple[tuple[int | str, ...], int]], b: Sequence[tuple[tuple[int | str, ...], int]]) -> bool:
+    """Whether pieces have the same labels and about the same sizes."""
+    return len(a) == len(b) and all(p[0] == q[0] and abs(p[1] - q[1]) <= 1 for p, q in zip(a, b, strict=True))
 
 
 def _off(piece: _Piece, outline: Array, normal: Array, other: _Piece) -> float:

@@ -116,9 +116,8 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
 
 def _unlike(surface: SpatialModel, found: list[tuple[int, Pose]]) -> list[tuple[int, Pose]]:
     """Those of the turns of the required component after which something looks otherwise."""
-    looks, frames = Looks(surface.model), surface.kinematics.in_object(surface.kinematics.middle[None])
-    root = Pose(frames.R[0, surface.root], frames.t[0, surface.root])
-    return [(c, T) for c, T in found if not looks.same_after(root @ T @ root.inverse())]
+    looks = Looks(surface.model)
+    return [(c, T) for c, T in found if not looks.same_after(T)]
 
 
 def own_turns(marker: Marker) -> list[float]:

@@ -1,7 +1,7 @@
 """Components of told objects as the image shows them, and what of all their markers could be seen there.
 
-A component that its markers close in, as a box or a ball of one colour, is seen as one: sides that have no edges in
-the image are nothing to look at one by one.
+Of a component that its markers close in, as a box or a ball of one colour, the outline is that of all that shows:
+sides have no edges in the image. Its place is that of one of them, as of all markers.
 """
 
 from __future__ import annotations
@@ -100,23 +100,17 @@ class PartsInView:
         """The component of object `h` that a patch shows. :param values: (M, 4) of all markers."""
         told = self._instance(patch, score, pixels, *values[self._row[patch]])
         sides = self._sides.get(self._finder.surface.patches[patch].component)
-        return told if sides is None else self._whole(told, np.array(values)[:, :2], view, h, sides)
+        return told if sides is None else replace(told, contour=self._around(view, h, sides, told.contour))
 
-    def _whole(self, told: Instance, centre: Array, view: MarkersInView, h: int, sides: NDArray[np.int64]) -> Instance:
-        """A solid by all of its sides that face the camera: their outline, and the middle of what is seen of them.
-
-        :param centre: (M, 2) the middle of what is seen of each marker.
-        """
+    def _around(self, view: MarkersInView, h: int, sides: NDArray[np.int64], alone: Array) -> Array:
+        """(n, 2) the outline of a solid: of all of its sides that face the camera. :param alone: of one of them."""
         area = np.array([signed_area(view.outlines[m][h]) for m in sides.tolist()])
         # an outline that is counter-clockwise with y up runs the other way round in an image, where its y is down
-        area = np.where(view.depth[h, sides] > LEAST_DEPTH_M, np.maximum(-area * self._turn[sides], 0.0), 0.0)
-        if not (facing := sides[area > 0]).size:
-            return told
+        facing = sides[(area * self._turn[sides] < 0) & (view.depth[h, sides] > LEAST_DEPTH_M)]
+        if not facing.size:
+            return alone
         outline = np.concatenate([view.outlines[m][h] for m in facing.tolist()])
-        shown = area * view.seen[h, sides].mean(axis=1)
-        x, y = np.average(centre[sides], axis=0, weights=shown if shown.any() else area)
-        hull = cv2.convexHull(outline.astype(np.float32))[:, 0].astype(float)
-        return replace(told, x=float(x), y=float(y), contour=hull)
+        return np.asarray(cv2.convexHull(outline.astype(np.float32))[:, 0], float)
 
     def _free(
         self, verdicts: Sequence[Verdict], among: Sequence[Verdict], inside: Array, points: Array

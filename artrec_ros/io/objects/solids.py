@@ -54,14 +54,17 @@ def cylinder_solid(radius_m: float, length_m: float, T: Pose) -> Solid:
 
 
 def ball_solid(radius_m: float, T: Pose) -> Solid:
-    """One about the origin of a pose, as a dodecahedron that looks as large as it in the mean of all directions."""
+    """One about the origin of a pose, as a dodecahedron that looks as large as it where it looks largest: of its turns,
+    which nothing tells, the one is told in which it covers most."""
     golden = (1 + 5**0.5) / 2
     corners = [np.roll((0.0, a, b * golden), k) for k in range(3) for a in (-1, 1) for b in (-1, 1)]
     normals = np.array(corners) / math.hypot(1, golden)
     # of a side, as a multiple of how far it is from the middle: to its edges half an angle between neighbours away
     to_corner = math.tan(math.acos(1 / 5**0.5) / 2) / math.cos(math.pi / 5)
-    # a quarter of its surface is its mean shadow (Cauchy's theorem)
-    flat_m = radius_m * math.sqrt(4 * math.pi / (12 * 2.5 * to_corner**2 * math.sin(2 * math.pi / 5)))
+    side = 2.5 * to_corner**2 * math.sin(2 * math.pi / 5)
+    # a shadow has half the area of all sides as they turn to the light: of its own axes those of sides have most
+    shadow = side / 2 * float(np.abs(normals @ _axes_of(normals).T).sum(axis=0).max())
+    flat_m = radius_m * math.sqrt(math.pi / shadow)
     outline = flat_m * to_corner * _circle(2 * np.pi * (np.arange(5) + 0.5) / 5)
     whole = Box(T, np.full(3, 2 * flat_m / 3**0.5))
     markers = []
@@ -73,6 +76,14 @@ def ball_solid(radius_m: float, T: Pose) -> Solid:
             _marker(f"side_{k}", outline, Pose(_frame(right, np.cross(out, right), out), flat_m * out), whole)
         )
     return tuple(markers), (whole,)
+
+
+def _axes_of(normals: Array) -> Array:
+    """(k, 3) directions of sides, and those amid two and three of them: of edges and corners."""
+    sums = [normals, normals[:, None] + normals, normals[:, None, None] + normals[:, None] + normals]
+    axes = np.concatenate([some.reshape(-1, 3) for some in sums])
+    length = np.linalg.norm(axes, axis=1)
+    return np.asarray(axes[length > 1e-6] / length[length > 1e-6, None])
 
 
 def _around(whole: Box, flat_m: float, width_m: float) -> Iterator[Marker]:

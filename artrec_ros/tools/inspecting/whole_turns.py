@@ -10,6 +10,7 @@ import numpy as np
 from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
 from ...core.model.same_turns import SameTurn, same_turns
+from .structure import shortened
 
 _NAMED = 0.999  # cosine between an axis and one of the object's frame that gives it its name
 _LISTED = 3  # axes
@@ -48,7 +49,7 @@ def _name(axis: Array) -> str:
 def _besides(places: dict[str, str], bent: Sequence[str]) -> str:
     said = []
     if places:
-        said.append(f"{', '.join(places)} lie where {', '.join(places.values())} did")
+        said.append(f"{shortened(list(places))} lie where {shortened(list(places.values()))} did")
     if bent:
-        said.append(f"{', '.join(bent)} bent otherwise")
+        said.append(f"{shortened(bent)} bent otherwise")
     return f" ({'; '.join(said)})" if said else ""

@@ -3,7 +3,7 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
-from artrec_ros.core.model.same_turns import same_turns
+from artrec_ros.core.model.same_turns import Looks, same_turns
 from artrec_ros.io.objects.solids import ball_solid, box_solid
 
 BAR = np.array([[-0.05, -0.01], [0.05, -0.01], [0.05, 0.01], [-0.05, 0.01]])
@@ -87,3 +87,25 @@ def test_which_of_several_classes_a_component_has_tells():
     ]
     assert turns(seat, *plain) == {((0, 0, 1), 180)}
     assert not turns(seat, *named)
+
+
+def test_many_like_parts_on_one_axle_end():
+    """In whatever order they are laid on each other none comes out; what would take too long is not called the same."""
+    seat = Component("seat", flat(BAR), True)
+    hinge = joint("seat", (0, 0, 0.01), (0, 0, 1), -np.pi, np.pi)
+    blades = [Component(f"blade_{n}", flat(BAR, 0.06), label=3, joint=hinge) for n in range(8)]
+    odd = Component("odd", flat(BAR, 0.1, 0.05), label=5)
+    assert not same_turns(model(seat, *blades, odd))
+    last = Component("last", flat(BAR, 0.1, 0.05), label=5, joint=joint("blade_7", (0.1, 0, 0), (0, 0, 1), -1, 1))
+    looks = Looks(model(seat, *blades, last))
+    looks.after(np.array([0.0, 0.0, 1.0]), np.pi)
+    assert looks._tried < 9000
+
+
+def test_a_required_component_that_a_joint_carries_is_turned_in_its_own_frame():
+    base = solid("base", (0.1, 0.1, 0.04), label=3)
+    lid = solid(
+        "lid", (0.08, 0.06, 0.02), (0, 0, 0.03), joint=joint("base", (0, 0, 0.03), (0, 1, 0), -0.8, 0.8), required=True
+    )
+    turn = Pose.from_xyz_rpy((0, 0, 0), (0, 0, np.pi))
+    assert not Looks(model(base, lid)).same_after(turn)  # about the lid's own axis, which leans

@@ -39,20 +39,4 @@ def test_a_box_is_told_by_all_of_it_that_shows(turn):
     outline = np.float32(shown.contour)
     inside = [cv2.pointPolygonTest(outline, xy, True) for xy in np.column_stack([columns, rows]).astype(float).tolist()]
     assert min(inside) > -2
-    assert np.hypot(shown.x - columns.mean(), shown.y - rows.mean()) < 3
     assert (one.image.x, one.image.y) == (shown.x, shown.y)
-
-
-def test_what_hides_part_of_a_solid_moves_its_middle():
-    """Of what is seen, as of markers."""
-    pose = Poses(FROM_ABOVE[None], np.array([[0.0, 0.0, 1.0]]), np.zeros((1, 0)))
-    labels = render(CAMERA, [(crate(), pose, RED)])
-    (columns,) = np.nonzero((labels == RED).any(axis=0))
-    config = RecognizerConfig(time_budget_ms=60000.0)
-    recognizer = Recognizer([Target("crate", crate(), RED)], config, Segmenter(ImageConfig()))
-    whole, cut = labels, labels[:, : int(np.percentile(columns, 65))]
-    near = CAMERA.__class__(CAMERA.matrix, CAMERA.distortion, cut.shape[::-1])
-    (all_of_it,), (part,) = recognizer.recognize(whole, CAMERA).detections, recognizer.recognize(cut, near).detections
-    seen_px = np.nonzero((cut == RED) | (cut == BLUE))[1].mean()
-    assert part.image.x < all_of_it.image.x - 7
-    assert part.image.x == pytest.approx(seen_px, abs=3)

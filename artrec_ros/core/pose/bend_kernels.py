@@ -11,7 +11,7 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, place
 from .joint_kernels import patch_bound
-from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, room_of
+from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, is_turned_here, room_of
 
 _ALL = -np.inf  # of the votes that are wanted: none is left out
 _HALVED = 2  # times, the step at which a peak's place is looked for
@@ -61,7 +61,8 @@ def said_of_component(
     for p in patches:
         votes += patch_bound(s, p, A, b, view, limits, _ALL, room)
         cosine, _, _, depth = aspect(s, p, A, b)
-        if s.marker_of[p] >= 0 and cosine > limits.least_cosine and depth > LEAST_DEPTH_M:
+        here = is_turned_here(s, p, cosine, depth, f2, limits.least_cosine)
+        if s.marker_of[p] >= 0 and here and depth > LEAST_DEPTH_M:
             area += s.area[p] * f2 / depth**2 * cosine
     return votes, max(votes, -hidden_cost * area)
 

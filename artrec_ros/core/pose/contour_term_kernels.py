@@ -20,7 +20,7 @@ from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, outline_pixels
 from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
 from .placed_kernels import Equations, Placed, moving
-from .surface_kernels import Surface, aspect, find_inner
+from .surface_kernels import Surface, aspect, find_inner, is_turned_here
 
 
 class ContourTerm(NamedTuple):
@@ -108,8 +108,10 @@ def add_contours(
             continue
         p = markers[k]
         P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
-        cosine, _, _, _ = aspect(s, p, P, q)
-        if not cosine > term.least_cosine:  # nor is it where the pose is no number: sums below take all points
+        cosine, _, _, depth = aspect(s, p, P, q)
+        if not is_turned_here(
+            s, p, cosine, depth, view.K[0, 0] * view.K[1, 1], term.least_cosine
+        ):  # nor is it where the pose is no number: sums below take all points
             continue
         n = moving(s.component[p], placed, columns)
         outline_pixels(P, q, s.contour[k], s.contour_along[k], view, room.outline)
@@ -174,7 +176,8 @@ def contour_rows(
         p = term.markers[k]
         P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
         n = moving(s.component[p], placed, columns)
-        cosine, _, _, _ = aspect(s, p, P, q)
+        cosine, _, _, depth = aspect(s, p, P, q)
+        here = is_turned_here(s, p, cosine, depth, term.seen.K[0, 0] * term.seen.K[1, 1], term.least_cosine)
         outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
         find_edges(k, term.edges, 0, term.seen, room)
         leave_out_hidden(term.shown, h, k, room.weight)
@@ -188,4 +191,4 @@ def contour_rows(
             point[k, i, 0], point[k, i, 1] = outline[0, i], outline[1, i]
             normal[k, i, 0], normal[k, i, 1] = outline[2, i], outline[3, i]
             residual[k, i] = -room.edge[i]
-            weight[k, i] = room.weight[i] if term.use[h, k] and cosine > term.least_cosine else 0.0
+            weight[k, i] = room.weight[i] if term.use[h, k] and here else 0.0

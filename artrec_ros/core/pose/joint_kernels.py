@@ -20,6 +20,7 @@ from .surface_kernels import (
     aspect,
     count_for,
     is_near,
+    is_turned_here,
     points_of,
     room_of,
     weigh_points,
@@ -33,9 +34,9 @@ def patch_bound(
 ) -> float:
     """Votes of a patch that nothing hides; where these stay below `wanted`, any value below it."""
     cosine, _, _, mz = aspect(s, p, A, b)
-    if not (cosine > limits.least_cosine and mz > LEAST_DEPTH_M):
-        return 0.0
     f2 = view.K[0, 0] * view.K[1, 1]
+    if not (is_turned_here(s, p, cosine, mz, f2, limits.least_cosine) and mz > LEAST_DEPTH_M):
+        return 0.0
     size, total, k = s.area[p] * f2 / mz**2 * cosine, 0.0, s.marker_of[p]
     count = count_for(s, p, size, limits)
     on = points_of(s, p, count)
@@ -78,7 +79,7 @@ def best_joint(
         for p in patches:  # what the labels could say at most
             cosine, _, _, mz = aspect(s, p, R[c], t[c])
             most[p], k = 0.0, s.marker_of[p]
-            if cosine > limits.least_cosine and mz > LEAST_DEPTH_M:
+            if is_turned_here(s, p, cosine, mz, f2, limits.least_cosine) and mz > LEAST_DEPTH_M:
                 near = is_near(s, p, mz)
                 weight = MOST_WEIGHT if near else 1.0
                 most[p] = max(s.area[p] * f2 / mz**2 * cosine * weight * s.best[s.role[p]], 0.0)

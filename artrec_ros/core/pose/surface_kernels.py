@@ -72,6 +72,21 @@ class SurfaceLimits(NamedTuple):
 
 
 @inlined
+def is_turned_here(s: Surface, p: int, cosine: float, depth: float, f2: float, least_cosine: float) -> bool:
+    """Whether a patch looks towards the camera, so that it has a say: by the cosine at which it is seen, and sides that
+    meet as long as one ends a pixel or more from where it begins; else what shows of it would be nobody's.
+
+    :param depth: of its middle, metres. :param f2: square of the focal length, pixels.
+    """
+    if cosine > least_cosine:
+        return True
+    k = s.marker_of[p]
+    if k < 0 or not s.has_meets[k] or not (cosine > 0.0 and depth > LEAST_DEPTH_M):
+        return False
+    return math.sqrt(s.area[p] * f2) * cosine / depth > LEAST_STRIP_PX
+
+
+@inlined
 def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """How many times as far from the outline of marker `k` as `ring_px` rim and ring are looked at: of a wide one
     farther, for its file, its camera's calibration and the fit are off by shares of its size. Twice the area over the

@@ -21,6 +21,7 @@ from .surface_kernels import (
     aspect,
     count_for,
     is_near,
+    is_turned_here,
     look_beside,
     points_of,
     room_of,
@@ -107,7 +108,7 @@ def score_hypothesis(
     :param moved: (C,) components that are elsewhere than the scores are of: patches of others, of which these hide
         nothing and hid nothing, keep theirs.
     """
-    blocked, moved_boxes = occlusion and len(s.half) > 0, 0
+    blocked, moved_boxes, f2 = occlusion and len(s.half) > 0, 0, view.K[0, 0] * view.K[1, 1]
     if blocked:
         boxes_in_camera(s, R, t, room.box_rotation, room.eye, room.middle)
         for k in range(len(s.half)):
@@ -120,7 +121,7 @@ def score_hypothesis(
             continue
         A, b = R[s.component[p]], t[s.component[p]]
         cosine, mx, my, mz = aspect(s, p, A, b)
-        in_view = cosine > limits.least_cosine and mz > LEAST_DEPTH_M
+        in_view = is_turned_here(s, p, cosine, mz, f2, limits.least_cosine) and mz > LEAST_DEPTH_M
         normal, centre, n_near, near = turned(A, s.normal[p]), (mx, my, mz), 0, 0
         if stays and in_view:
             stays = scores.near[column] & moved_boxes == 0

@@ -156,6 +156,26 @@ def test_a_cylinder_of_one_colour_is_found_as_it_lies():
         assert abs(one.pose.rotation[:, 2] @ pose.R[0, :, 2]) > np.cos(np.radians(4))
 
 
+def test_slivers_of_a_box_are_its_own():
+    """A side that is seen at 86 degrees has no say alone; beside the next one it is what that one does not cover."""
+    cube = Box(Pose.identity(), np.full(3, 0.1))
+    sides = box_solid(cube)[0]
+    lean = np.array([[1, 0, 0], [0, -1, 0], [0, 0, -1]], float) @ rotation_from_rotvec((0.16, 0.0, 0.0))
+    pose = Poses(lean[None], np.array([[0.0, 0.0, 0.6]]), np.zeros((1, 0)))
+
+    def seen_px(*markers):
+        model = ObjectModel("cube", (Component("cube", markers, required=True, bodies=(cube,), body_label=RED),))
+        frame = ImageFrame(LabelField(render(CAMERA, [(model, pose, RED)])), CAMERA)
+        surface = SpatialModel(model, RED, DEFAULTS.votes)
+        scores = surface.score(frame, pose, surface.markers, occlusion=False)
+        return {m.name: px for m, px in zip(markers, scores.area_px[0].tolist(), strict=True) if px > 0}
+
+    whole = seen_px(*sides)
+    assert len(whole) == 2 and 100 < min(whole.values()) < 0.15 * max(whole.values())
+    (sliver,) = (m for m in sides if m.name == min(whole, key=whole.__getitem__))
+    assert not seen_px(sliver)
+
+
 @pytest.mark.parametrize("heading", [0.0, 0.9, 2.0, -2.3, -1.2])
 def test_which_way_a_round_foot_lies_what_stands_on_it_tells(heading):
     """In all directions about its axis its outline is the same."""

@@ -52,7 +52,7 @@ def part_probabilities(verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
     own marker. The required one does where the object is there."""
     if not verdicts:
         return []
-    finder, rows = verdicts[0].claim.finder, evidence_rows(verdicts)
+    finder, rows = verdicts[0].claim.finder, _rows(verdicts)
     out = np.empty(rows.shape[:2])
     flat = np.ascontiguousarray(rows.reshape(-1, rows.shape[2]))
     probabilities(_curves(finder.facing), np.zeros(len(flat), np.int64), flat, out.reshape(-1))
@@ -60,7 +60,13 @@ def part_probabilities(verdicts: Sequence[Verdict]) -> list[dict[int, float]]:
     return [{c: float(out[h, c]) for c, patch in enumerate(v.shown) if patch >= 0} for h, v in enumerate(verdicts)]
 
 
-def evidence_rows(verdicts: Sequence[Verdict]) -> Array:
+def part_evidence(verdict: Verdict) -> dict[int, PartEvidence]:
+    """Of each component that something shows, by its index: what benchmarks fit curves to."""
+    rows = _rows([verdict])[0].tolist()
+    return {c: PartEvidence(*rows[c]) for c, patch in enumerate(verdict.shown) if patch >= 0}
+
+
+def _rows(verdicts: Sequence[Verdict]) -> Array:
     """(H, C, columns) `PartEvidence` of all components of one target's objects; only of those that something shows it
     says anything."""
     shown, claims = np.array([v.shown for v in verdicts]), [v.claim for v in verdicts]

@@ -17,7 +17,7 @@ from artrec_ros.core.verdict.acceptance_curves import PARTS
 from artrec_ros.core.verdict.claims import claims_of, silhouette
 from artrec_ros.core.verdict.curve_kernels import probabilities
 from artrec_ros.core.verdict.descriptions import Describer
-from artrec_ros.core.verdict.parts import PartEvidence, evidence_rows, part_probabilities
+from artrec_ros.core.verdict.parts import PartEvidence, part_evidence, part_probabilities
 
 CAMERA = camera_of()
 TRUCK = truck()
@@ -93,12 +93,6 @@ def siblings(gap):
         for name, x in (("one", -gap / 2), ("two", gap / 2))
     ]
     return ObjectModel("pair", (plate, *bars))
-
-
-def part_evidence(verdict):
-    """Of each component that something shows, by its index."""
-    rows = evidence_rows([verdict])[0].tolist()
-    return {c: PartEvidence(*rows[c]) for c, patch in enumerate(verdict.shown) if patch >= 0}
 
 
 @pytest.mark.parametrize("gap, alone", [(0.06, 1.0), (0.01, 0.5), (0.0, 0.0)])

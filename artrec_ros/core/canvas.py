@@ -123,7 +123,7 @@ class Canvas:
             self.polygon(instance.contour, (20, 20, 20), self._line + 2)
             self.polygon(instance.contour, colour, self._line)
             direction = np.array([np.cos(instance.theta), np.sin(instance.theta)])
-            reach = float(np.abs((instance.contour - centre) @ direction).max())
+            reach = float(((instance.contour - centre) @ direction).max())
         axis = reach * np.array([np.cos(instance.theta), np.sin(instance.theta)])
         self.arrow(centre, centre + 0.85 * axis, (20, 20, 20), self._line + 2)
         self.arrow(centre, centre + 0.85 * axis, colour, self._line)

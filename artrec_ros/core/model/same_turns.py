@@ -83,7 +83,7 @@ class Looks:
         self._pieces = [list(_pieces(c)) for c in self._parts]
         self._middles = [np.mean([p.outline.mean(axis=0) for p in pieces], axis=0) for pieces in self._pieces]
         self._off_m = [max(p.off_m for p in pieces) for pieces in self._pieces]
-        kinds = [sorted((p.labels, round(np.log(p.off_m) / _ALIKE)) for p in pieces) for pieces in self._pieces]
+        kinds = [sorted((str(p.labels), round(np.log(p.off_m) / _ALIKE)) for p in pieces) for pieces in self._pieces]
         self._alike = [[m for m, kind in enumerate(kinds) if _same_kind(kind, own)] for own in kinds]
         # parents come first, and of the rest what could lie in fewest places
         depths = [self._depth(n) for n in range(len(self._parts))]
@@ -220,7 +220,7 @@ class Looks:
         return worst
 
 
-def _same_kind(a: Sequence[tuple[tuple[int | str, ...], int]], b: Sequence[tuple[tuple[int | str, ...], int]]) -> bool:
+def _same_kind(a: Sequence[tuple[str, int]], b: Sequence[tuple[str, int]]) -> bool:
     """Whether pieces have the same labels and about the same sizes."""
     return len(a) == len(b) and all(p[0] == q[0] and abs(p[1] - q[1]) <= 1 for p, q in zip(a, b, strict=True))
 

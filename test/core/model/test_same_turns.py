@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -87,6 +89,9 @@ def test_which_of_several_classes_a_component_has_tells():
     ]
     assert turns(seat, *plain) == {((0, 0, 1), 180)}
     assert not turns(seat, *named)
+    below = Box(Pose.from_xyz_rpy((0, 0, -0.02)), np.array([0.1, 0.1, 0.02]))
+    on_bodies = [replace(part, bodies=(below,), body_label=5) for part in named]  # a class by number beside names
+    assert not turns(seat, *on_bodies)
 
 
 def test_many_like_parts_on_one_axle_end():

@@ -19,8 +19,7 @@ from ..alignment.symmetry import ANY_ANGLE
 from ..base.config import DesignConfig, RecognizerConfig
 from ..geometry.polygons import distance_to_outline
 from ..model.objects import Component, Marker, ObjectModel
-from ..model.solids import closed_in
-from ..model.surface import patches_of
+from ..model.solids import closed_components
 
 _DESIGN, _CONFIG = DesignConfig(), RecognizerConfig()
 _TURNS = 144  # that are looked at: 2.5 degrees apart
@@ -102,11 +101,7 @@ def find_ambiguities(model: ObjectModel, shown: Callable[[Sequence[_Pair]], Iter
         if key not in shapes:
             shapes[key] = Shape.from_marker(m)
         looks.append(_Look(c.label, shapes[key], _limits(c, m, shapes[key])))
-    solids = (
-        frozenset(model.components[c].name for c in closed_in(patches_of(model, 0)))
-        if model.is_spatial
-        else frozenset[str]()
-    )
+    solids = closed_components(model)
     pairs = [
         (a, b)
         for a, b in combinations(looks, 2)

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import minimize_scalar
 
-from ..geometry.polygons import distance_to_outline
+from ..geometry.polygons import distance_to_outline, in_space
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from .kinematics import Kinematics
 from .objects import Component, Joint, ObjectModel
@@ -111,19 +111,17 @@ class Looks:
     def after(self, axis: Array, angle_rad: float) -> SameTurn | None:
         """A turn about an axis through the middle of what no joint moves, if all looks the same after it."""
         R = rotation_from_rotvec(angle_rad * axis)
-        laid = self._after(Pose(R, self._middle - R @ self._middle))
+        laid = self._after([Pose(R, self._middle - R @ self._middle)] * _LOOKS)
         return None if laid is None else SameTurn(axis, angle_rad, *laid)
 
     def same_after(self, turn: Pose) -> bool:
         """Whether all looks the same after a turn in the required component's frame."""
         root = self._index[self._model.required.name]
-        return self._after(*(own[root] @ turn @ own[root].inverse() for own in self._looks)) is not None
+        return self._after([own[root] @ turn @ own[root].inverse() for own in self._looks]) is not None
 
-    def _after(self, *turns: Pose) -> tuple[dict[str, str], list[str]] | None:
-        """See `SameTurn`; None: something looks otherwise. :param turns: in the object's frame, at each look or at
-        all of them."""
+    def _after(self, turns: Sequence[Pose]) -> tuple[dict[str, str], list[str]] | None:
+        """See `SameTurn`; None: something looks otherwise. :param turns: in the object's frame, of each look."""
         places, bent, names = dict[str, str](), set[str](), [c.name for c in self._parts]
-        turns = turns if len(turns) > 1 else turns * len(self._looks)
         self._tried = 0
         try:
             for own, values, turn in zip(self._looks, self._values, turns, strict=True):
@@ -242,7 +240,7 @@ def _pieces(component: Component) -> Iterator[_Piece]:
     for marker in component.markers:
         T = marker.T_component_marker
         assert T is not None  # the model is spatial
-        outline = T.apply(np.pad(marker.outline, ((0, 0), (0, 1))))
+        outline = T.apply(in_space(marker.outline))
         yield _Piece(labels, outline, T.rotation[:, 2], MEETING * float(np.sqrt(marker.area)))
     corners = np.array([[x, y, z] for x in (-0.5, 0.5) for y in (-0.5, 0.5) for z in (-0.5, 0.5)])
     for box in component.bodies:

@@ -6,7 +6,14 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .surface import MEETING, Patch, meet_all_around
+from .objects import ObjectModel
+from .surface import MEETING, Patch, meet_all_around, patches_of
+
+
+def closed_components(model: ObjectModel) -> frozenset[str]:
+    """Components of a spatial model that their markers close in; none of others."""
+    patches = patches_of(model, 0) if model.is_spatial else []
+    return frozenset(model.components[c].name for c in closed_in(patches))
 
 
 def closed_in(patches: Sequence[Patch]) -> dict[int, list[Patch]]:

@@ -71,8 +71,8 @@ class WholeObjectFinder:
         self.seen_alike = SeenAlike(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
-        self._lookalikes, self.in_place = Lookalikes(self.surface), Lookalikes(self.surface, in_place=True)
-        self.ways_round = None if facing else Lookalikes(self.surface, in_place=True, unlike=True)
+        self._lookalikes = Lookalikes(self.surface)
+        self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
         fine = kin.grids(self._search.fine_joint_step)

@@ -99,28 +99,33 @@ def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, pro
 
 def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
     """Mirrored turns of poses, at rest on the labels, with votes enough to be the true ones; and whose each one is."""
-    return _at_rest(finder, frame, poses, *finder.required.flips_of_each(poses))
+    flips, of = finder.required.flips_of_each(poses)
+    if not len(flips):
+        return flips, of
+    return _at_rest(finder, frame, poses, finder.voter.votes(frame, poses, occlusion=True), flips, of)
 
 
 def turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
     """The same of turns that the required component's outline does not tell, joints sought anew."""
-    ways, h = finder.ways_round, len(poses)
-    if not ways or not h:
+    ways, h = finder.in_place, len(poses)
+    if not len(ways) or not h:
         return poses[:0], np.zeros(0, np.int64)
     bent = finder.surface.search_joints(frame, ways.of(poses), finder.first_grids)
     turned = finder.climber.sweep(frame, finder.ranked(frame, bent))
     told, of = finder.voter.votes(frame, poses, occlusion=True), np.repeat(np.arange(h), len(ways))
     worth = np.flatnonzero(turned.votes > _WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
-    return _at_rest(finder, frame, poses, turned.poses[worth], of[worth])
+    return _at_rest(finder, frame, poses, told, turned.poses[worth], of[worth])
 
 
 def _at_rest(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, flips: Poses, of: NDArray[np.int64]
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, told: Array, flips: Poses, of: NDArray[np.int64]
 ) -> tuple[Poses, NDArray[np.int64]]:
-    """Those of some other turns of poses, at rest, that may be the true ones. :param of: whose each one is."""
+    """Those of some other turns of poses, at rest, that may be the true ones.
+
+    :param told: (H,) votes of the poses. :param of: whose each other turn is.
+    """
     if not len(flips):
         return flips, of
-    told = finder.voter.votes(frame, poses, occlusion=True)
     first = finder.refit.of(frame, flips, ANY_DEPTH)[len(flips) :]
     least = finder.config.verdict.mirrored_votes * told
     near = np.flatnonzero(first.votes > WORTH_REST * least[of])

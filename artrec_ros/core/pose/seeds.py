@@ -17,7 +17,6 @@ from ..image.blobs import Blob, centres, solidity
 from ..image.image_frame import ImageFrame
 from ..model.objects import ObjectModel
 from ..model.same_turns import same_turns
-from ..model.solids import convex_solids
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
@@ -174,7 +173,7 @@ def round_about(surface: SpatialModel) -> tuple[Array, Array] | tuple[()]:
     if model.needs_another:  # a disc
         patch = surface.patches[markers[0]]
         axis, middle = patch.normal, patch.drawn[0]
-    elif surface.root not in convex_solids(surface.patches):  # an outline that is drawn tells what it can
+    elif surface.root not in surface.solids:  # an outline that is drawn tells what it can
         return ()
     else:
         alone = ObjectModel(model.name, (replace(model.required, joint=None),))

@@ -19,6 +19,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
+from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
@@ -239,6 +240,11 @@ class SpatialModel:
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
         return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
+
+    @cached_property
+    def solids(self) -> frozenset[int]:
+        """See `convex_solids`."""
+        return convex_solids(self.patches)
 
     @cached_property
     def meeting(self) -> NDArray[np.int64]:

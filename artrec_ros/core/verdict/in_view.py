@@ -21,7 +21,6 @@ from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Instance
 from ..model.kinematics import Frames
-from ..model.solids import convex_solids
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
@@ -55,7 +54,7 @@ class PartsInView:
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
         self._first_drawn = self._inside[0] * self._inside[1] + np.cumsum([0, *n_drawn])
         # what faces the camera is placed by the one side that is seen
-        solids = convex_solids(patches) if not finder.facing else ()
+        solids = surface.solids if not finder.facing else ()
         self._sides = {c: np.flatnonzero(component == c) for c in solids}
         self._turn = np.sign([signed_area(p.marker.outline) for p in patches if p.marker is not None])
 

@@ -12,8 +12,8 @@ from ...core.geometry.polygons import distance_to_outline
 from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.solids import closed_in
-from ...core.model.surface import ASLANT, MEETING, patches_of, sample_contour
+from ...core.model.solids import closed_components
+from ...core.model.surface import ASLANT, MEETING, sample_contour
 
 _LISTED = 6  # names on a line
 _SAMPLES = 96  # of an outline
@@ -109,14 +109,14 @@ def _placed(model: ObjectModel) -> list[_Placed]:
     """Markers of one class each, joints mid-range."""
     kin = Kinematics(model)
     frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
-    solid = closed_in(patches_of(model, 1))
+    solid = closed_components(model)
     for c, part in enumerate(model.components):
         for marker in part.markers:
             if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
                 points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
                 outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
                 normal = frames.R[0, c] @ T.rotation[:, 2]
-                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist()), c in solid
+                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist()), part.name in solid
                 known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), *about))
     return known
 

@@ -222,5 +222,5 @@ def test_half_a_turn_of_a_box_is_told_by_what_it_bears_out():
 def test_a_turn_after_which_all_looks_the_same_is_no_other_one():
     brick = Box(Pose.identity(), np.array([0.2, 0.1, 0.04]))
     model = ObjectModel("brick", (Component("brick", box_solid(brick)[0], required=True, bodies=(brick,)),))
-    assert len(WholeObjectFinder(Target("brick", model, RED), DEFAULTS).ways_round) == 0
-    assert len(WholeObjectFinder(Target("beetle", beetle(), RED), DEFAULTS).ways_round) == 3
+    assert len(WholeObjectFinder(Target("brick", model, RED), DEFAULTS).in_place) == 0
+    assert len(WholeObjectFinder(Target("beetle", beetle(), RED), DEFAULTS).in_place) == 3

@@ -35,6 +35,7 @@ from .seen_alike import SeenAlike
 from .stand_ins import StandIns
 from .surface_model import Poses, SpatialModel
 from .through_middles import ThroughMiddles
+from .tilts import Tilts
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -70,6 +71,7 @@ class WholeObjectFinder:
         self.exchanges = Exchanges(self.surface) if facing else None
         self.seen_alike = SeenAlike(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
+        self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self._lookalikes = Lookalikes(self.surface)
         self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)

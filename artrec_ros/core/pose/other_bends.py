@@ -52,7 +52,7 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     config = finder.config.verdict
     weights = config.turn_odds if frame.image is None else config.bend_odds_colour
     log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
-    turned, probability = weighed(log_odds, config)
+    turned, probability = weighed(log_odds, config.least_turn_odds)
     off = _off(finder, poses, bends)
     bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
     # what is likelier and yet not bent is what may be otherwise

@@ -46,8 +46,8 @@ def likelier_rests(
     if not len(of):
         return poses, used, elsewhere
     used_there, log_odds = finder.voter.supports(frame, rests), turn_odds(finder, frame, poses[of], rests)
-    both, (likelier, probabilities) = Poses.concatenate([poses, rests]), weighed(log_odds, finder.config.verdict)
-    rows, used = np.arange(len(poses)), used.copy()
+    likelier, probabilities = weighed(log_odds, finder.config.verdict.least_turn_odds)
+    both, rows, used = Poses.concatenate([poses, rests]), np.arange(len(poses)), used.copy()
     # of several the likeliest one counts, but none that is back where it began, if it is not told in its place
     counts = likelier | ~is_near(rests, poses[of], *finder.config.verdict.end_apart)
     for k in np.lexsort((log_odds, counts)).tolist():

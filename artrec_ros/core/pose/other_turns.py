@@ -18,10 +18,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import VerdictConfig
+from ..base.config import SearchConfig
 from ..geometry.transforms import Array, Pose, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
+from .distinct import best_distinct
 from .finder import WholeObjectFinder
 from .pose_fit import but_for_common
 from .surface_model import Poses
@@ -29,6 +30,7 @@ from .surface_model import Poses
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
 _WORTH_FIT = 0.5  # the same before that fit
 ANY_DEPTH = 0.0, np.inf
+_TILTS = 3  # of a pose that come to rest
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
 
@@ -54,26 +56,52 @@ def likelier_turns(
     """H poses at rest on what the image shows, turned where the mirrored turn is clearly likelier; and each one's other
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
-    mirrored, of = mirrored_turns(finder, frame, poses)
-    in_place, of_these = turned_in_place(finder, frame, poses)
-    rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
-    if not len(of):
-        return poses, others
-    if frame.image is not None:
-        rivals = finder.rest.on_colours(frame, rivals, finder.voter.supports(frame, rivals))
-    config, both = finder.config.verdict, Poses.concatenate([poses, rivals])
-    log_odds = turn_odds(finder, frame, poses[of], rivals)
-    if n := len(of_these):
-        at_first, for_each = config.in_place_odds
-        log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
+    config = finder.config.verdict
+    turns, tilts = _turns(finder, frame, poses), _tilts(finder, frame, poses)
+    both = Poses.concatenate([poses, turns.poses, tilts.poses])
+    of, log_odds = (np.concatenate(pair) for pair in zip(turns[1:], tilts[1:], strict=True))
     rows = np.arange(len(poses))
-    turned, probabilities = weighed(log_odds, config)
+    turned, probabilities = weighed(log_odds, np.repeat([config.least_turn_odds, 0.0], [len(turns.of), len(tilts.of)]))
     for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
         probability, row, other = float(probabilities[n]), int(of[n]), len(poses) + n
         if turned[n]:
             rows[row], other = other, row
         others[row] = other_of(finder, both, int(rows[row]), other, probability)
     return both[rows], others
+
+
+class _Rivals(NamedTuple):
+    """Other poses at rest, whose each one is, and the log odds that it is the true one."""
+
+    poses: Poses
+    of: NDArray[np.int64]
+    log_odds: Array
+
+
+def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> _Rivals:
+    """Mirrored turns and turns in place."""
+    mirrored, of = mirrored_turns(finder, frame, poses)
+    in_place, of_these = turned_in_place(finder, frame, poses)
+    rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
+    if not len(of):
+        return _Rivals(rivals, of, np.zeros(0))
+    rivals = finder.rest.on_colours(frame, rivals, finder.voter.supports(frame, rivals))
+    log_odds = turn_odds(finder, frame, poses[of], rivals)
+    if n := len(of_these):
+        at_first, for_each = finder.config.verdict.in_place_odds
+        log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
+    return _Rivals(rivals, of, log_odds)
+
+
+def _tilts(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> _Rivals:
+    """Solids tilted where they are."""
+    tilted, of = tilted_turns(finder, frame, poses)
+    if not len(of):
+        return _Rivals(tilted, of, np.zeros(0))
+    tilted = finder.rest.on_colours(frame, tilted, finder.voter.supports(frame, tilted))
+    config, in_colour = finder.config.verdict, finder.rest.tells_colour_edges(frame)
+    found = evidence(finder, frame, poses[of], tilted)
+    return _Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
 
 
 def turn_odds(
@@ -103,6 +131,32 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     if not len(flips):
         return flips, of
     return _at_rest(finder, frame, poses, finder.voter.votes(frame, poses, occlusion=True), flips, of)
+
+
+def tilted_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+    """The same of a required component that is a solid, tilted where it is, but those that look the same."""
+    tilts = finder.tilts
+    if not tilts or not len(poses):
+        return poses[:0], np.zeros(0, np.int64)
+    niche, told = finder.config.search.niche_rad, finder.voter.votes(frame, poses, occlusion=True)
+    tilted, of = tilts.of(poses)
+    first = finder.ranked(frame, tilted)
+    worth = np.flatnonzero(first.votes > _WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
+    fitted, of = finder.refit.of(frame, tilted[worth], ANY_DEPTH)[len(worth) :], of[worth]
+    differ = np.flatnonzero(tilts.look_otherwise(poses[of], fitted.poses, niche))
+    best = differ[_best_of_each(fitted.poses[differ], fitted.votes[differ], of[differ], finder.config.search)]
+    rivals, of = _at_rest(finder, frame, poses, told, fitted.poses[best], of[best])
+    differ = np.flatnonzero(tilts.look_otherwise(poses[of], rivals, niche))
+    return rivals[differ], of[differ]
+
+
+def _best_of_each(found: Poses, votes: Array, of: NDArray[np.int64], config: SearchConfig) -> NDArray[np.int64]:
+    """Indices of the few hypotheses of each pose that differ and have most votes."""
+    best = [np.zeros(0, np.int64)]
+    for h in np.unique(of).tolist():
+        mine = np.flatnonzero(of == h)
+        best.append(mine[best_distinct(found[mine], votes[mine], _TILTS, config)])
+    return np.concatenate(best)
 
 
 def turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
@@ -164,9 +218,12 @@ def evidence(
     return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, differ)
 
 
-def weighed(log_odds: Array, config: VerdictConfig) -> tuple[NDArray[np.bool_], Array]:
-    """(N,) whether other turns or bends are told in place of those found, and how probable is what is not told."""
-    turned = log_odds > config.least_turn_odds
+def weighed(log_odds: Array, least: float | Array) -> tuple[NDArray[np.bool_], Array]:
+    """(N,) whether other turns or bends are told in place of those found, and how probable is what is not told.
+
+    :param least: log odds from which on they are.
+    """
+    turned = log_odds > least
     return turned, 1 / (1 + np.exp(np.where(turned, log_odds, np.maximum(-log_odds, 0.0))))
 
 
@@ -185,7 +242,7 @@ def contour_evidence(
 ) -> Evidence:
     """Of H poses and another one for each, behind them. :param share: (H,) of the votes. :param used: (2, H, M)
     markers that the labels support. :param differ: (H, M) markers that are not in one place under both."""
-    h = len(share)
+    h, used = len(share), finder.surface.with_sides(used)
     scatter, points = (
         values.reshape(2, h)
         for values in _scatters(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))

@@ -80,7 +80,7 @@ class OtherWays:
             return None
         odds = turn_odds(finder, frame, pose[np.zeros(len(ways), int)], ways)
         best = int(np.argmax(odds))
-        probability = float(weighed(np.minimum(odds[best : best + 1], 0.0), finder.config.verdict)[1][0])
+        probability = float(weighed(np.minimum(odds[best : best + 1], 0.0), 0.0)[1][0])
         return other_of(finder, Poses.concatenate([pose, ways]), 0, 1 + best, probability)
 
     def _least(self, told: Array) -> float:

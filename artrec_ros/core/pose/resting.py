@@ -36,7 +36,7 @@ class Resting:
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up."""
-        both = Poses.concatenate([poses, self._fitted(frame, poses, used, last=True)])
+        both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.with_sides(used), last=True)])
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)
         had, has = self._voter.supported(scores).reshape(2, *used.shape)
@@ -55,7 +55,7 @@ class Resting:
 
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
-        return poses if frame.image is None else self._to_colours.fitted(frame, poses, used)
+        return poses if frame.image is None else self._to_colours.fitted(frame, poses, self._surface.with_sides(used))
 
     def tells_colour_edges(self, frame: ImageFrame) -> bool:
         """Whether `edges` are those of colours, which are finer than the labels'."""
@@ -81,7 +81,7 @@ class Resting:
         :param fit: what `edges` says of them.
         """
         which = np.flatnonzero(used.any(axis=0))
-        expected = self._surface.shown_contour(poses, used)[:, which] & self._surface.open_contour[which]
+        expected = (self._surface.shown_contour(poses, used) & self._surface.ends(poses, frame.camera))[:, which]
         shown = would_show(frame.field, fit.point, fit.normal, self.reach_px(frame), self._config.fit.border_px)
         return expected & shown & ~(fit.weight > 0)
 

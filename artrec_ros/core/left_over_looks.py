@@ -15,6 +15,7 @@ import numpy as np
 from .geometry.camera import Camera
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
+from .pose.ball_blobs import BallBlobs
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.surface_model import Poses
@@ -29,6 +30,7 @@ class LeftOverLooks:
     def __init__(self, finders: Sequence[WholeObjectFinder], climb: Climb) -> None:
         self._climb, self._most = climb, min((f.config.middles.looks for f in finders), default=0)
         self._of = {finder: LeftOvers(finder) for finder in finders}
+        self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.balls}
 
     def candidates(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
@@ -58,6 +60,12 @@ class LeftOverLooks:
             for verdict, one in zip(mine, left, strict=True):
                 for middles in self._middles(finder, verdict, one, frame.camera) if one.blobs else ():
                     yield finder, verdict, middles
+        for finder, balls in self._balls.items():
+            for verdict in (v for v in accepted if v.claim.finder.target is finder.target):
+                shown = [verdict.shown[c] for c in _seen(verdict)]
+                otherwise = balls.under(frame.camera, verdict.claim.poses, shown, blobs)
+                if otherwise is not None:
+                    yield finder, verdict, otherwise
 
     def _climbed(self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, middles: Middles) -> Poses:
         """Poses through some middles that have more votes than the one that was found."""
@@ -76,8 +84,7 @@ class LeftOverLooks:
         lost = list(left.blobs)
         for some in [lost] + [[c] for c in lost] * (len(lost) > 1):
             more = [finder.surface.markers_of[c][0] for c in some]
-            area = np.array([finder.surface.area[p] for p in more])
-            own = np.sqrt(np.array([left.blobs[c].area_px for c in some]) / area)
+            own = np.sqrt(np.array([left.blobs[c].area_px for c in some]) / finder.surface.blobs[1][more])
             yield Middles(
                 np.array([*shown, *more], np.int64),
                 np.concatenate([at, centres([left.blobs[c] for c in some])]),

@@ -20,7 +20,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.solids import convex_solids
+from ..model.solids import balls, convex_solids, middle_of
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
@@ -246,6 +246,25 @@ class SpatialModel:
     def solids(self) -> frozenset[int]:
         """See `convex_solids`."""
         return convex_solids(self.patches)
+
+    @cached_property
+    def balls(self) -> frozenset[int]:
+        """See `solids.balls`."""
+        return balls(self.patches)
+
+    @cached_property
+    def blobs(self) -> tuple[Array, Array]:
+        """What a blob's middle and area tell of the component that a marker shows: (P, 3) that place in its frame and
+        (P,) m^2; of patches that are no markers nothing. Of a solid's sides they tell the whole solid's: what convex
+        bodies cover is a fourth of their surface in the mean over all directions (Cauchy)."""
+        middle, area = np.zeros((len(self.patches), 3)), self.area.copy()
+        for c, markers in enumerate(self.markers_of):
+            sides = [self.patches[p] for p in markers]
+            whole = c in self.solids
+            for p in markers:
+                middle[p] = middle_of(sides) if whole else self.patches[p].drawn[0]
+                area[p] = sum(self.area[k] for k in markers) / 4 if whole else self.area[p]
+        return middle, area
 
     @cached_property
     def meeting(self) -> NDArray[np.int64]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
-from ..geometry.transforms import Array, rotation_from_rotvec, short_way
+from ..geometry.transforms import Array, rotation_from_quaternion, rotation_from_rotvec, short_way
 from .bends import spread
 from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
@@ -45,9 +45,7 @@ class ThroughMiddles:
         self._free = np.ones(6 + self._kin.n_joints, bool)
         self._free[3:5] = not facing
         self._facing = facing
-        self._middle = np.zeros((len(surface.patches), 3))
-        for p in surface.markers.tolist():
-            self._middle[p] = surface.patches[p].drawn[0]
+        self._middle, self._area = surface.blobs
 
     def of(self, camera: Camera, pose: Poses, middles: Middles) -> Poses:
         """A few poses, the best first. :param pose: one, near which the object is."""
@@ -82,7 +80,7 @@ class ThroughMiddles:
     def _is_through(self, camera: Camera, poses: Poses, middles: Middles) -> NDArray[np.bool_]:
         """(H,) whether all middles lie on their blobs: else climbs and fits would not bring them there either."""
         off = np.linalg.norm(project(camera, self.places(poses, middles.patches)) - middles.at, axis=2)
-        return np.asarray((off < np.sqrt(self._surface.area[middles.patches] / np.pi) * middles.scale).all(axis=1))
+        return np.asarray((off < np.sqrt(self._area[middles.patches] / np.pi) * middles.scale).all(axis=1))
 
     def places(self, poses: Poses, patches: NDArray[np.int64]) -> Array:
         """(H, n, 3) where the middles of n markers are, before the camera."""
@@ -92,15 +90,18 @@ class ThroughMiddles:
         return at
 
     def _starts(self, pose: Poses) -> Poses:
-        """Turned about the line of sight and bent in many ways, in space slanted in some."""
+        """Turned about the line of sight and bent in many ways, in space slanted in some; in all ways about a ball,
+        which tells none."""
         n, kin = self._config.starts, self._kin
         even = spread(n, 3 + kin.n_joints)
+        q = np.ascontiguousarray(kin.lower + (kin.upper - kin.lower) * even[:, 3:])
+        if self._surface.root in self._surface.balls:
+            return Poses(_all_turns(even[:, :3]), np.tile(pose.t[0], (n, 1)), q)
         about = rotation_from_rotvec(2 * np.pi * even[:, :1] * [0.0, 0.0, 1.0])
         if not self._facing:
             slant = self._config.slant_rad * (2 * even[:, 1:3] - 1)
             about = rotation_from_rotvec(np.pad(slant, ((0, 0), (0, 1)))) @ about
-        R, q = about @ self._faced(pose.R[0]), kin.lower + (kin.upper - kin.lower) * even[:, 3:]
-        return Poses(R, np.tile(pose.t[0], (n, 1)), np.ascontiguousarray(q))
+        return Poses(about @ self._faced(pose.R[0]), np.tile(pose.t[0], (n, 1)), q)
 
     def _faced(self, R: Array) -> Array:
         """A turn after which the first of the required component's markers faces the camera."""
@@ -148,3 +149,11 @@ class ThroughMiddles:
 
     def _cost(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
         return np.asarray((self._residuals(camera, poses, middles) ** 2).sum(axis=1))
+
+
+def _all_turns(even: Array) -> Array:
+    """(n, 3, 3) spread as evenly over all turns as (n, 3) points are over the unit cube (Shoemake, 1992)."""
+    share, a, b = even[:, 0], 2 * np.pi * even[:, 1], 2 * np.pi * even[:, 2]
+    near, far = np.sqrt(1 - share), np.sqrt(share)
+    quaternions = np.column_stack([near * np.sin(a), near * np.cos(a), far * np.sin(b), far * np.cos(b)])
+    return np.stack([rotation_from_quaternion(q) for q in quaternions])

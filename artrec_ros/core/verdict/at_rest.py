@@ -19,13 +19,15 @@ from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from .acceptance import Verdict, verdicts_of
+from .claims import claims_of
 from .nearer import behind_others
 
 
 class AtRest(NamedTuple):
     """H objects as they are told.
 
+    :ivar verdicts: on them: anew on those that are turned or bent otherwise than they were found.
     :ivar frames: what of the image each is looked for in: without what nearer ones hide. :ivar used: (H, M) markers
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
@@ -34,6 +36,7 @@ class AtRest(NamedTuple):
         be drawn onto them.
     """
 
+    verdicts: Sequence[Verdict]
     frames: Sequence[ImageFrame]
     poses: Poses
     used: NDArray[np.bool_]
@@ -44,10 +47,10 @@ class AtRest(NamedTuple):
 
     def of(self, rows: list[int]) -> AtRest:
         """Some of them."""
-        frames = [self.frames[n] for n in rows]
+        verdicts, frames = [self.verdicts[n] for n in rows], [self.frames[n] for n in rows]
         others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
         sure = self.poses[rows], self.used[rows]
-        return AtRest(frames, *sure, others, elsewhere, self.bends[rows], self.drawn[rows])
+        return AtRest(verdicts, frames, *sure, others, elsewhere, self.bends[rows], self.drawn[rows])
 
     def covariances(self, finder: WholeObjectFinder) -> Array:
         """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
@@ -76,11 +79,11 @@ def at_rest(
     ]
     if len(parts) == 1:
         return parts[0]
-    looks, poses, used, others, elsewhere, bends, drawn = map(list, zip(*parts, strict=True))
+    judged, looks, poses, used, others, elsewhere, bends, drawn = map(list, zip(*parts, strict=True))
     told = list(chain(*others)), list(chain(*elsewhere))
     rest = Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends), Poses.concatenate(drawn)
     order = np.argsort(list(chain(*(rows for rows, _, _ in groups))))
-    return AtRest(list(chain(*looks)), *rest).of(order.tolist())
+    return AtRest(list(chain(*judged)), list(chain(*looks)), *rest).of(order.tolist())
 
 
 def candidates(verdicts: Sequence[Verdict]) -> Poses:
@@ -95,15 +98,24 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     poses = finder.rest.at_rest(frame, candidates(verdicts), used)
     if finder.facing:
         none = [None] * len(poses)
-        return AtRest(frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
+        return AtRest(verdicts, frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
+    first = poses
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     bent, more = likelier_bends(finder, hurried, poses)
     likelier, others = likelier_turns(finder, frame, bent)
-    moved = np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
+    moved = _moved(poses, likelier)
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.voter.supports(frame, likelier[moved])
-    return AtRest(frames, likelier, used, others, elsewhere, more, likelier)
+    verdicts = list(verdicts)
+    for n in _moved(first, likelier).tolist():  # other components may be where it says now
+        verdicts[n] = verdicts_of(claims_of(finder, likelier[n : n + 1], verdicts[n].claim.frame.unhurried()))[0]
+    return AtRest(verdicts, frames, likelier, used, others, elsewhere, more, likelier)
+
+
+def _moved(poses: Poses, likelier: Poses) -> NDArray[np.int64]:
+    """Which are turned or bent otherwise."""
+    return np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
 
 
 def _drawn_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> Poses:

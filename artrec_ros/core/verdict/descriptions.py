@@ -77,8 +77,8 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
-        verdicts, rest = [verdicts[n] for n in first], rest.of(first)
-        poses = rest.poses
+        rest = rest.of(first)
+        poses, verdicts = rest.poses, rest.verdicts
         parts_of = self._parts(verdicts, poses, frame)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         # what hides part of what faces the camera is not known to be nearer

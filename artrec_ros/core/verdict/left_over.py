@@ -64,10 +64,11 @@ class LeftOvers:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, surface = finder, finder.surface
         self._config, self._kin = finder.config, surface.kinematics
-        patches = [surface.patches[p] for p in surface.markers]
-        self._of, self._middle = surface.component[surface.markers], np.array([p.drawn[0] for p in patches])
-        self._area = np.array([p.marker.area if p.marker is not None else 0.0 for p in patches])
-        self._round = np.array([p.marker is not None and p.marker.disc_radius is not None for p in patches])
+        markers = [surface.patches[p].marker for p in surface.markers]
+        self._of = surface.component[surface.markers]
+        self._middle, self._area = (values[surface.markers] for values in surface.blobs)
+        self._round = np.array([m is not None and m.disc_radius is not None for m in markers])
+        self._round |= np.isin(self._of, sorted(surface.balls))
         self._reach = _reach(self._kin, self._middle, self._of)
 
     def of(

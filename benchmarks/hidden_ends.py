@@ -33,7 +33,7 @@ from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, rend
 from artrec_ros.simulation.surfaces import Surface
 
 STILLS, FEW = 12, 4  # scenes of each world; components of an object at most
-HIDDEN = 0.5  # share of scenes in which ends are hidden, and of objects in these
+HIDDEN = 0.5  # see `frames`
 NEAR_RAD, NEAR_SHARE = np.radians(12), 0.04  # of the truth: turn, and place as a share of the range
 NEARER = 0.9  # of what hides an end: its depth, as a share of the end's
 
@@ -66,15 +66,15 @@ def trees(seed: int) -> World:
     return World((Target("one", model, LABELS[0]),), ())
 
 
-def frames(world: World, seed: int) -> Iterator[SimulatedFrame]:
-    """Scenes of a world."""
+def frames(world: World, seed: int, hidden: float = HIDDEN) -> Iterator[SimulatedFrame]:
+    """Scenes of a world. :param hidden: share of scenes in which ends are hidden, and of objects in these."""
     for rng in (np.random.default_rng([81, seed, n]) for n in range(STILLS)):
         size, least = SIZES[rng.choice(len(SIZES), p=SHARES)], float(np.exp(rng.uniform(np.log(0.1), np.log(0.4))))
         scene = SceneConfig(objects=(1, 2), size=(least, 1.5 * least), distractors=int(rng.choice([0, 3])))
         sensor, camera = SensorConfig().scaled(float(rng.choice([0.0, 0.5, 1.0, 1.5]))), pinhole_camera(size, 60)
         drawn = sample_scene(world.targets, camera, scene, rng)
-        if rng.random() < HIDDEN:
-            over = (over_an_end(one, rng) for one in drawn.objects if rng.random() < HIDDEN)
+        if rng.random() < hidden:
+            over = (over_an_end(one, rng) for one in drawn.objects if rng.random() < hidden)
             drawn = replace(drawn, distractors=(*drawn.distractors, *over))
         yield render_frame(0, Renderer(camera), drawn, sensor, rng)
 

@@ -57,7 +57,7 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    turns, tilts = _turns(finder, frame, poses), _tilts(finder, frame, poses)
+    turns, tilts = _turns(finder, frame, poses), tilted_rivals(finder, frame, poses)
     both = Poses.concatenate([poses, turns.poses, tilts.poses])
     of, log_odds = (np.concatenate(pair) for pair in zip(turns[1:], tilts[1:], strict=True))
     rows = np.arange(len(poses))
@@ -70,7 +70,7 @@ def likelier_turns(
     return both[rows], others
 
 
-class _Rivals(NamedTuple):
+class Rivals(NamedTuple):
     """Other poses at rest, whose each one is, and the log odds that it is the true one."""
 
     poses: Poses
@@ -78,30 +78,30 @@ class _Rivals(NamedTuple):
     log_odds: Array
 
 
-def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> _Rivals:
+def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
     """Mirrored turns and turns in place."""
     mirrored, of = mirrored_turns(finder, frame, poses)
     in_place, of_these = turned_in_place(finder, frame, poses)
     rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
     if not len(of):
-        return _Rivals(rivals, of, np.zeros(0))
+        return Rivals(rivals, of, np.zeros(0))
     rivals = finder.rest.on_colours(frame, rivals, finder.voter.supports(frame, rivals))
     log_odds = turn_odds(finder, frame, poses[of], rivals)
     if n := len(of_these):
         at_first, for_each = finder.config.verdict.in_place_odds
         log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
-    return _Rivals(rivals, of, log_odds)
+    return Rivals(rivals, of, log_odds)
 
 
-def _tilts(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> _Rivals:
+def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
     """Solids tilted where they are."""
     tilted, of = tilted_turns(finder, frame, poses)
     if not len(of):
-        return _Rivals(tilted, of, np.zeros(0))
+        return Rivals(tilted, of, np.zeros(0))
     tilted = finder.rest.on_colours(frame, tilted, finder.voter.supports(frame, tilted))
     config, in_colour = finder.config.verdict, finder.rest.tells_colour_edges(frame)
     found = evidence(finder, frame, poses[of], tilted)
-    return _Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
+    return Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
 
 
 def turn_odds(

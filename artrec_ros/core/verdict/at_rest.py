@@ -19,8 +19,8 @@ from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.surface_model import Poses
-from .acceptance import Verdict, verdicts_of
-from .claims import claims_of
+from .acceptance import Verdict
+from .judge import Judge
 from .nearer import behind_others
 
 
@@ -107,10 +107,33 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.voter.supports(frame, likelier[moved])
-    verdicts = list(verdicts)
-    for n in _moved(first, likelier).tolist():  # other components may be where it says now
-        verdicts[n] = verdicts_of(claims_of(finder, likelier[n : n + 1], verdicts[n].claim.frame.unhurried()))[0]
-    return AtRest(verdicts, frames, likelier, used, others, elsewhere, more, likelier)
+    rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, more, likelier)
+    return _judged_anew(finder, rest, first, _moved(first, likelier).tolist())
+
+
+def _judged_anew(finder: WholeObjectFinder, rest: AtRest, first: Poses, moved: list[int]) -> AtRest:
+    """With those that are turned or bent otherwise than they were found as they are judged there, for other components
+    may be where these have them; where that is no object any more, as it was found.
+
+    :param first: H poses at rest as they were found. :param moved: rows that are elsewhere.
+    """
+    judge, verdicts, rows = Judge.of(finder.config), list(rest.verdicts), list(range(len(first)))
+    for n in moved:
+        again = judge.verdicts(finder, rest.poses[n : n + 1], verdicts[n].claim.frame.unhurried())[0]
+        if judge.reason(again) is None:
+            verdicts[n] = again
+        else:
+            rows[n] += len(first)
+    back = [n for n, row in enumerate(rows) if row != n]
+    if not back:
+        return rest._replace(verdicts=verdicts)
+    poses, used, bends = Poses.concatenate([rest.poses, first])[rows], rest.used.copy(), rest.bends.copy()
+    for n in back:
+        used[n], bends[n] = finder.voter.supports(rest.frames[n].unhurried(), first[n : n + 1])[0], 0.0
+    others, elsewhere = (
+        [None if n in back else other for n, other in enumerate(column)] for column in (rest.others, rest.elsewhere)
+    )
+    return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, bends, poses)
 
 
 def _moved(poses: Poses, likelier: Poses) -> NDArray[np.int64]:

@@ -4,7 +4,7 @@ import numpy as np
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
-from artrec_ros.core.model.solids import closed_in, convex_solids
+from artrec_ros.core.model.solids import balls, closed_in, convex_solids
 from artrec_ros.core.model.surface import patches_of
 from artrec_ros.io.objects.solids import ball_solid, box_solid
 
@@ -18,6 +18,11 @@ def patches(*markers):
 def test_the_sides_of_a_box_or_a_ball_are_one_solid():
     for markers, _ in (box_solid(CUBE), ball_solid(0.05, Pose.identity())):
         assert convex_solids(patches(*markers)) == {0}
+
+
+def test_of_these_a_ball_tells_no_turn():
+    assert balls(patches(*ball_solid(0.05, Pose.identity())[0])) == {0}
+    assert not balls(patches(*box_solid(CUBE)[0]))
 
 
 def test_a_box_that_is_open_is_none():

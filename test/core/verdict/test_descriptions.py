@@ -190,3 +190,30 @@ def test_what_a_view_from_above_does_not_show_is_out_of_view():
     cut = ImageFrame(LabelField(codes), CAMERA)
     (told,) = describer.describe(list(verdicts_of(claims_of(describer.finder, at, cut))), cut)
     assert {lack.component: lack.state for lack in told.missing}["fore"] == "out of view"
+
+
+def rested_at(monkeypatch, elsewhere):
+    """Have what is described turned so at rest."""
+    monkeypatch.setattr(resting, "likelier_turns", lambda finder, frame, poses: (elsewhere, [None] * len(poses)))
+
+
+def test_components_are_told_where_the_told_pose_has_them(monkeypatch):
+    """A turn that is likelier by all the rest may lay one of them on nothing."""
+    model, one = truck(), (-0.05, 0, 0.8, 0.2)
+    describer, verdicts, frame = scene(model, pose(*one, model=model))
+    (found,) = describer.describe(verdicts, frame)
+    assert {c.component for c in found.components} == {"torso", "fore", "hind"}
+    rested_at(monkeypatch, pose(*one, model=model, joints={"hind": 0.7}))
+    (turned,) = describer.describe(verdicts, frame)
+    assert {c.component for c in turned.components} == {"torso", "fore"}
+    assert {m.component for m in turned.missing} == {"hind"}
+
+
+def test_what_would_be_no_object_there_is_told_as_it_was_found(monkeypatch):
+    model, one = truck(), (-0.05, 0, 0.8, 0.2)
+    describer, verdicts, frame = scene(model, pose(*one, model=model))
+    (found,) = describer.describe(verdicts, frame)
+    rested_at(monkeypatch, pose(0.3, 0.2, 0.8, 0.2, model=model))
+    (same,) = describer.describe(verdicts, frame)
+    np.testing.assert_allclose(same.pose.position, found.pose.position)
+    assert {c.component for c in same.components} == {"torso", "fore", "hind"}

@@ -1,0 +1,99 @@
+"""Arms with balls on their joints: a ball's blob tells its place in space, and nothing of its turn."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from settings import settings
+from solids import BLUE, BODY, RED, camera_of, render
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.projection import project
+from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.kinematics import Kinematics
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.ball_blobs import BallBlobs
+from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.io.objects.solids import ball_solid
+
+CAMERA = camera_of((400, 400), 300.0)
+HAND = 6
+RADII = {"base": 0.07, "elbow": 0.06, "wrist": 0.05, "hand": 0.04}
+UPRIGHT = np.array([[1, 0, 0], [0, 0, -1], [0, 1, 0]], float)
+
+
+def arm():
+    """Four balls of four colours, each a link's length from the one before."""
+
+    def ball(name, label, z, joint=None):
+        markers, _ = ball_solid(RADII[name], Pose.from_xyz_rpy((0, 0, z)))
+        return Component(name, markers, required=joint is None, label=label, joint=joint)
+
+    def joint(parent, z, axis):
+        return Joint(parent, Pose.from_xyz_rpy((0, 0, z)), np.array(axis, float), -1.5, 1.5)
+
+    parts = (
+        ball("base", RED, 0.0),
+        ball("elbow", BLUE, 0.0, joint("base", 0.25, (1, 0, 0))),
+        ball("wrist", BODY, 0.3, joint("elbow", 0.0, (0, 1, 0))),
+        ball("hand", HAND, 0.25, joint("wrist", 0.3, (1, 0, 0))),
+    )
+    return ObjectModel("arm", parts)
+
+
+def somewhere(n):
+    """A pose: the arm stands, in any direction, and is bent."""
+    rng = np.random.default_rng(n)
+    R = UPRIGHT @ rotation_from_rotvec([0.0, 0.0, rng.uniform(-np.pi, np.pi)])
+    t = np.array([rng.uniform(-0.3, 0.3), 0.25, rng.uniform(1.5, 2.0)])
+    return Poses(R[None], t[None], rng.uniform(-1.3, 1.3, (1, 3)))
+
+
+def middles(model, poses):
+    """(4, 3) the balls' in the camera."""
+    kin = Kinematics(model)
+    frames = kin.forward(poses.R, poses.t, poses.q)
+    own = np.array([[0, 0, 0], [0, 0, 0], [0, 0, 0.3], [0, 0, 0.25]])
+    return np.einsum("cij,cj->ci", frames.R[0], own) + frames.t[0]
+
+
+def told(model, found):
+    q = np.array([[found.joints.get(name, 0.0) for name in model.joint_names]])
+    return Poses(found.pose.rotation[None], found.pose.position[None], q)
+
+
+def engine_of(model):
+    config = settings(time_budget_ms=60000.0)
+    return Recognizer((Target("arm", model, RED),), config, Segmenter(ImageConfig()), calibrated=True)
+
+
+@pytest.mark.parametrize("n", [9, 10, 17, 21, 22, 25, 28, 29])
+def test_links_lean_to_the_side_that_the_size_of_their_balls_tells(n):
+    """Each of these was told with balls that are a tenth to two thirds larger or smaller than those in view, or without
+    one of them."""
+    model, true = arm(), somewhere(n)
+    (found,) = engine_of(model).recognize(render(CAMERA, [(model, true, RED)]), CAMERA).detections
+    assert [c.component for c in found.components] == list(RADII)
+    there, here = middles(model, told(model, found)), middles(model, true)
+    assert np.linalg.norm(project(CAMERA, there) - project(CAMERA, here), axis=1).max() < 2
+    assert np.abs(there[:, 2] / here[:, 2] - 1).max() < 0.05
+
+
+def test_blobs_speak_of_the_balls_on_them_alone():
+    model, true = arm(), somewhere(38)
+    surface = SpatialModel(model, RED, settings().votes)
+    assert surface.balls == {0, 1, 2, 3}
+    labels = render(CAMERA, [(model, true, RED)])
+    blobs, shown = find_blobs(labels, [RED, BLUE, BODY, HAND], settings()), [of[0] for of in surface.markers_of]
+    balls = BallBlobs(surface)
+    assert balls.under(CAMERA, true, shown, blobs) is None
+    beside = Poses(true.R, true.t + [0.03, 0.0, 0.0], true.q)
+    found = balls.under(CAMERA, beside, shown, blobs)
+    np.testing.assert_allclose(found.at, project(CAMERA, middles(model, true)), atol=1.0)
+    np.testing.assert_allclose(found.scale, CAMERA.focal_px / middles(model, true)[:, 2], rtol=0.06)
+    elsewhere = Poses(true.R, true.t + [0.0, 0.8, 0.0], true.q)
+    assert balls.under(CAMERA, elsewhere, shown, blobs) is None

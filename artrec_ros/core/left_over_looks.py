@@ -48,17 +48,22 @@ class LeftOverLooks:
     def _looks(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
-        """What is to be explained of each object that is not sure in spite of it, by the finder that has it."""
+        """What is to be explained of each object that is not sure in spite of it, or of which what is left is sure, by
+        the finder that has it."""
         for finder, left_overs in self._of.items():
+            every = set(range(len(finder.target.model.components)))
             own = (v for v in accepted if v.claim.finder.target is finder.target)
-            mine = [v for v in own if left_overs.is_in_doubt(_seen(v))]
+            mine = [
+                v for v in own if left_overs.is_in_doubt(_seen(v)) or left_overs.may_be_sure(every.difference(_seen(v)))
+            ]
             if not mine or frame.deadline.expired:
                 continue
             poses = Poses.concatenate([v.claim.poses for v in mine])
             frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
             left = left_overs.of([_seen(v) for v in mine], frames, frame, blobs, accepted)
             for verdict, one in zip(mine, left, strict=True):
-                for middles in self._middles(finder, verdict, one, frame.camera) if one.blobs else ():
+                asked = one.blobs and (left_overs.is_in_doubt(_seen(verdict)) or left_overs.is_sure(one, blobs))
+                for middles in self._middles(finder, verdict, one, frame.camera) if asked else ():
                     yield finder, verdict, middles
         for finder, balls in self._balls.items():
             for verdict in (v for v in accepted if v.claim.finder.target is finder.target):

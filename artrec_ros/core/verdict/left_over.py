@@ -70,6 +70,9 @@ class LeftOvers:
         self._round = np.array([m is not None and m.disc_radius is not None for m in markers])
         self._round |= np.isin(self._of, sorted(surface.balls))
         self._reach = _reach(self._kin, self._middle, self._of)
+        labels = [set(own) for own in surface.labels]
+        others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
+        self._exclusive = {c for c, own in enumerate(labels) if own.isdisjoint(others[c])}
 
     def of(
         self,
@@ -103,6 +106,19 @@ class LeftOvers:
     def is_in_doubt(self, seen: Collection[int]) -> bool:
         """Whether an object of which some components are seen is not sure if it leaves something."""
         return _share(self._config, self._spare(sorted(seen))) <= self._config.search.sure
+
+    def may_be_sure(self, missing: Collection[int]) -> bool:
+        """Whether one of some components is of a class that no other one has, so that a blob may be it and no other."""
+        return not self._exclusive.isdisjoint(missing)
+
+    def is_sure(self, left: LeftOver, blobs: Sequence[Blob]) -> bool:
+        """Whether one of the blobs that are left is the only one of its class that may be its component."""
+        ratio, labels = self._config.verdict.left_over_ratio, self._finder.surface.labels
+        return any(
+            sum(b.label in labels[c] and b.area_px > blob.area_px / ratio for b in blobs) == 1
+            for c, blob in left.blobs.items()
+            if c in self._exclusive
+        )
 
     def places(self, frames: Frames, patches: Sequence[int], camera: Camera) -> tuple[Array, Array]:
         """Where the middles of some markers of one object are (n, 2), pixels, and the scale there (n,).

@@ -11,8 +11,10 @@ from settings import settings
 
 from artrec_ros.core.base.config import ImageConfig, TrackingConfig
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection, FrameResult, ImagePose
+from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
@@ -110,3 +112,21 @@ def test_over_time_a_pose_is_no_surer_than_each_frame_has_it():
         seen = Detection("leg", 0, 0.9 * 0.4, at, (), as_told=0.4)
         (told,) = tracker.update(n * 33_000_000, FrameResult(SIZE, (seen,))).detections
     assert told.there > 0.97 and told.score == pytest.approx(0.4 * told.there) and told.as_told == 0.4
+
+
+def test_the_only_blob_of_a_class_that_one_component_has_is_that_component():
+    left_overs = LeftOvers(WholeObjectFinder(leg(), settings(**LIMITS), facing=True))
+    assert left_overs.may_be_sure({3}) and not left_overs.may_be_sure(())
+    at = places()
+    alone, two = (find_blobs(picture(at, (), strays), [TOE], settings()) for strays in ((), [(TOE, (40, 290))]))
+    assert left_overs.is_sure(LeftOver({3: alone[0]}, 5.0), alone)
+    assert not left_overs.is_sure(LeftOver({3: alone[0]}, 5.0), two)
+
+
+def test_of_several_components_of_one_class_none_is_sure():
+    target = leg()
+    knee, toe = (replace(c, label=KNEE) for c in (target.model.components[1], target.model.components[3]))
+    parts = target.model.components[0], knee, target.model.components[2], toe
+    alike = replace(target, model=ObjectModel("leg", parts))
+    left_overs = LeftOvers(WholeObjectFinder(alike, settings(**LIMITS), facing=True))
+    assert not left_overs.may_be_sure({1, 3}) and left_overs.may_be_sure({2})

@@ -15,6 +15,7 @@ import numpy as np
 from .geometry.camera import Camera
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
 from .pose.ball_blobs import BallBlobs
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
@@ -33,11 +34,15 @@ class LeftOverLooks:
         self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.balls}
 
     def candidates(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
     ) -> dict[WholeObjectFinder, Poses]:
-        """Poses that explain more than accepted ones do. :param blobs: of the frame."""
-        out = dict[WholeObjectFinder, Poses]()
-        for finder, verdict, middles in islice(self._looks(frame, accepted, blobs), self._most):
+        """Poses that explain more than accepted ones do.
+
+        :param blobs: of the frame. :param recall: what earlier frames say of it: what is sure, and not due, is not
+            looked at again.
+        """
+        out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
+        for finder, verdict, middles in islice(self._looks(frame, accepted, blobs, recall), self._most):
             if frame.deadline.expired:
                 break
             found = self._climbed(finder, verdict, frame, middles)
@@ -46,31 +51,44 @@ class LeftOverLooks:
         return out
 
     def _looks(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
-        """What is to be explained of each object that is not sure in spite of it, or of which what is left is sure, by
-        the finder that has it."""
+        """What is to be explained of each object that is not sure in spite of it, or of which what is left is sure, and
+        where balls lie that are told otherwise, by the finder that has it."""
         for finder, left_overs in self._of.items():
+            own = [v for v in accepted if v.claim.finder.target is finder.target]
+            asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
             every = set(range(len(finder.target.model.components)))
-            own = (v for v in accepted if v.claim.finder.target is finder.target)
             mine = [
-                v for v in own if left_overs.is_in_doubt(_seen(v)) or left_overs.may_be_sure(every.difference(_seen(v)))
+                v
+                for v in own
+                if left_overs.is_in_doubt(_seen(v)) or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))
             ]
-            if not mine or frame.deadline.expired:
-                continue
-            poses = Poses.concatenate([v.claim.poses for v in mine])
-            frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
-            left = left_overs.of([_seen(v) for v in mine], frames, frame, blobs, accepted)
-            for verdict, one in zip(mine, left, strict=True):
-                asked = one.blobs and (left_overs.is_in_doubt(_seen(verdict)) or left_overs.is_sure(one, blobs))
-                for middles in self._middles(finder, verdict, one, frame.camera) if asked else ():
-                    yield finder, verdict, middles
-        for finder, balls in self._balls.items():
-            for verdict in (v for v in accepted if v.claim.finder.target is finder.target):
+            for verdict, left in self._left(finder, mine, frame, accepted, blobs):
+                if left_overs.is_in_doubt(_seen(verdict)) or left_overs.is_sure(left, blobs):
+                    for middles in self._middles(finder, verdict, left, frame.camera):
+                        yield finder, verdict, middles
+            for verdict in asked if finder in self._balls else ():
                 shown = [verdict.shown[c] for c in _seen(verdict)]
-                otherwise = balls.under(frame.camera, verdict.claim.poses, shown, blobs)
+                otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
                 if otherwise is not None:
                     yield finder, verdict, otherwise
+
+    def _left(
+        self,
+        finder: WholeObjectFinder,
+        mine: Sequence[Verdict],
+        frame: ImageFrame,
+        accepted: Sequence[Verdict],
+        blobs: Sequence[Blob],
+    ) -> list[tuple[Verdict, LeftOver]]:
+        """What some objects leave, of those that leave something."""
+        if not mine or frame.deadline.expired:
+            return []
+        poses = Poses.concatenate([v.claim.poses for v in mine])
+        frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
+        left = self._of[finder].of([_seen(v) for v in mine], frames, frame, blobs, accepted)
+        return [(verdict, one) for verdict, one in zip(mine, left, strict=True) if one.blobs]
 
     def _climbed(self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, middles: Middles) -> Poses:
         """Poses through some middles that have more votes than the one that was found."""

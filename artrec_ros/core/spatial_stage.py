@@ -53,7 +53,7 @@ class SpatialStage:
         accepted, others = looks.shared(found)
         if by_points := self._three_points.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
             accepted, others = looks.beside(list(by_points.items()))
-        if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs):
+        if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
             accepted, others = looks.beside(list(through.items()))
         detections, doubtful = list[Detection](), list[Rejection]()
         told, surplus, objects = without_surplus(self._describers, accepted, frame, self._judge)

@@ -27,6 +27,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.lookalikes import Lookalikes, turns_alike
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.io.objects.solids import ball_solid
 
 CAMERA = camera_of()
 PITCH = 0.07
@@ -200,3 +201,8 @@ def test_components_that_lookalikes_lead_to_need_no_guesses_of_their_own():
         off.append(np.linalg.norm(there[:, None] - centres(model, true), axis=2).min(axis=1).max())
     assert len(off) == 12 and np.median(off) < 0.02  # one blob suffices
     assert not WholeObjectFinder(Target("truck", truck(), RED), DEFAULTS).is_alike_throughout
+
+
+def test_a_ball_is_turned_in_place_by_nothing_that_could_be_told():
+    model = ObjectModel("ball", (Component("ball", ball_solid(0.05, Pose.identity())[0], required=True),))
+    assert not len(Lookalikes(SpatialModel(model, RED, DEFAULTS.votes), in_place=True))

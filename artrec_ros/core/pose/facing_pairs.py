@@ -57,8 +57,8 @@ class FacingPairs:
         :param mine: blobs that the required component may have made. :param blobs: among which their partners are.
         :param limits: of the scale.
         """
-        rows = np.array([n for n, b in enumerate(mine) if not self._tells_more(b)], np.int64)
-        if not len(self._arms) or not len(rows):
+        rows = np.array([n for n, b in enumerate(mine if len(self._arms) else ()) if not self._tells_more(b)], np.int64)
+        if not len(rows):
             return self._none
         found, of, mine = [self._none[0]], [self._none[1]], [mine[n] for n in rows]
         own, others = self._guesser.scales(frame, mine, limits), self._scales_of_others(frame, blobs, limits)

@@ -1,16 +1,20 @@
-"""Objects whose markers lie many radii from the disc that is required: its own pixels tell no scale that is good
+"""Objects whose markers lie many radii from a small one that is required: its own pixels tell no scale that is good
 enough to find them."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from scene import disc
 from settings import settings
-from squares import TEAM, Placing, rendered
+from squares import TEAM, Placing, patch, rendered
 
 from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.range_limits import ScaleLimits
 from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -59,6 +63,42 @@ def test_balls_many_radii_away_are_found(scale):
             assert np.linalg.norm(parts[name] - walker.at([at])[0]) < BALL.radius * scale, (walker, name)
 
 
+CARD = {"left": (0.0, 0.43), "right": (0.0, -0.43), "tail": (-1.27, 0.0)}
+SQUARE, BAR = ([(-x, -y), (x, -y), (x, y), (-x, y)] for x, y in ((0.04, 0.04), (0.06, 0.03)))
+
+
+def card(outline):
+    """Three like patches far apart."""
+    poses = {name: Pose(np.eye(3), np.array([*at, 0.0])) for name, at in CARD.items()}
+    return ObjectModel(
+        "card", tuple(Component(n, (patch(n, outline, T),), required=n == "left") for n, T in poses.items())
+    )
+
+
+@dataclass(frozen=True)
+class Card(Placing):
+    outline: object = None
+
+    def patches(self):
+        return [(self.at(np.array(self.outline) + at), TEAM) for at in CARD.values()]
+
+
+@pytest.mark.parametrize("outline", [SQUARE, BAR])
+@pytest.mark.parametrize("limits", [{"min_scale": 90.0, "max_scale": 111.0}, {}])
+def test_small_patches_far_apart_are_found_whatever_their_outline(outline, limits):
+    """Of 8 px, and of 12 by 6, as a camera would show them: exact outlines, nothing else in view."""
+    rng = np.random.default_rng(3)
+    config = settings(time_budget_ms=60000, **limits)
+    engine = Recognizer((Target("card", card(outline), TEAM),), config, Segmenter(ImageConfig()))
+    for turn in rng.uniform(-np.pi, np.pi, 8):
+        placed = Card(180 + rng.uniform(), 170 + rng.uniform(), turn, 100.0, outline=outline)
+        best = max(engine.recognize(rendered(placed, size=(360, 340), fine=4)).detections, key=lambda d: d.score)
+        assert best.score > 0.9
+        parts = {part.component: np.array([part.x, part.y]) for part in best.components}
+        for name, at in CARD.items():
+            assert np.linalg.norm(parts[name] - placed.at([at])[0]) < 1.0, (placed, name)
+
+
 def pairs_of(model):
     config = settings()
     finder = WholeObjectFinder(Target("walker", model, TEAM), config, facing=True)
@@ -71,3 +111,16 @@ def test_only_those_are_paired_that_half_a_step_of_the_scale_would_miss():
     pairs = pairs_of(balls({**NEAR, **FAR}))
     assert np.allclose(np.linalg.norm(pairs._arms, axis=1), [np.hypot(*at) for at in FAR.values()])
     assert not len(pairs_of(balls(NEAR))._arms)
+
+
+def test_outlines_that_tell_more_are_not_paired():
+    """As large as what a fit to the contours lays exactly: it needs no partners, and crowds take less time."""
+    model = card(SQUARE)
+    pairs, limits = pairs_of(model), ScaleLimits(20.0, 1000.0)
+    for scale, paired in ((100.0, True), (400.0, False)):
+        picture = rendered(Card(600, 250, 0.3, scale, outline=SQUARE), size=(800, 600), fine=2)
+        frame = ImageFrame(LabelField(picture)).faced()
+        blobs = find_blobs(picture, {TEAM}, settings())
+        poses, of = pairs.guess(frame, blobs, blobs, limits)
+        assert len(blobs) == len(CARD)
+        assert (set(of.tolist()) == {0, 1, 2}) == paired and bool(len(poses)) == paired

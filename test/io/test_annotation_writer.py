@@ -23,11 +23,7 @@ def objects(folder: Path, rng: np.random.Generator) -> list[AnnotatedObject]:
         points = {name: np.round(rng.uniform(-5, 640, 2), 2) for name in shown}
         attributes = {"identity": "gr"} if n % 2 else {MADE_BY: MACHINE} if n % 3 else {}
         image = folder / "pictures" / f"{n // 3}.png"
-        found.append(
-            AnnotatedObject(
-                image, f"kind_{n % 2}", "", points, (640, 480), attributes, None, len(points) < len(KEYPOINTS)
-            )
-        )
+        found.append(AnnotatedObject(image, f"kind_{n % 2}", "", points, (640, 480), attributes))
     return found
 
 
@@ -39,7 +35,7 @@ def test_what_is_written_is_read(tmp_path: Path) -> None:
     assert dict(read.categories) == {"kind_0": KEYPOINTS, "kind_1": KEYPOINTS}
     for before, after in zip(written, read.objects, strict=True):
         assert after.image.resolve() == before.image and after.category == before.category and after.size == before.size
-        assert after.attributes == before.attributes and after.incomplete == before.incomplete
+        assert after.attributes == before.attributes
         assert after.by_machine == before.by_machine and sorted(after.points) == sorted(before.points)
         for name, place in before.points.items():
             np.testing.assert_array_equal(after.points[name], place)

@@ -131,6 +131,17 @@ def test_crowds_half_marked_objects_and_what_is_far_are_no_background(tmp_path: 
     assert labels[15, 40] == 0 and labels[15, 43] == 255 and labels[15, 30] == 1
 
 
+def test_markers_without_keypoints_are_not_annotated_either(tmp_path: Path, targets: list[Target]) -> None:
+    """Their object's box is no background, as where all keypoints are listed and some have visibility 0."""
+    path = coco(tmp_path, {"keypoints": PLACED[:6], "bbox": [24, 9, 12, 22]})
+    content = json.loads(path.read_text())
+    content["categories"][0]["keypoints"] = KEYPOINTS[:2]
+    path.write_text(json.dumps(content))
+    (marked,) = load_marked_objects([path], targets, NAMES)
+    labels = marked.read(numbers(), 255)[1]
+    assert labels[15, 30] == 1 and labels[25, 30] == 255 and labels[2, 45] == 0
+
+
 def test_an_image_in_two_files_is_one(tmp_path: Path, targets: list[Target]) -> None:
     green = {"attributes": {"identity": "green"}}
     away = {**green, "keypoints": [v - 20 if n % 3 == 0 else v for n, v in enumerate(PLACED)]}

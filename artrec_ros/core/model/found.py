@@ -231,6 +231,12 @@ class Detection:
         return min(self.score / self.as_told, 1.0) if self.as_told > 0 else 0.0
 
     @property
+    def may_be_elsewhere(self) -> bool:
+        """Whether `there` is the less for what is seen may be other parts of it, laid elsewhere. Of a lone part, about
+        which it turns, `as_told` counts that."""
+        return self.other_place is not None and len(self.components) > 1
+
+    @property
     def is_in_doubt(self) -> bool:
         """Whether its score is the probability that it is there, to which other frames add; of what was put together
         in the image plane it is that all of it is right."""

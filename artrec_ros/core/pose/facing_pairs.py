@@ -1,8 +1,8 @@
-"""First hypotheses of objects that face the camera from two blobs each: a disc, and another marker far from it.
+"""First hypotheses of objects that face the camera from two blobs each: a small marker, and another one far from it.
 
-A disc tells no direction, and its pixels tell its scale no better than to half a step of those that are tried: markers
-many radii away lie beside their blobs then, whichever way the object is turned. The middles of two blobs tell place,
-turn and scale at once, and the better the farther they are from each other.
+A small blob's pixels tell its scale no better than to half a step of those that are tried, and its direction no better,
+a disc's none: markers many radii away lie beside their blobs then. The middles of two blobs tell place, turn and scale
+at once, and the better the farther they are from each other.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker
 from .facing_guesses import FacingGuesser
 from .finder import WholeObjectFinder
+from .guesses import is_small
 from .ranked import first_of_each
 from .surface_model import Poses
 
@@ -29,15 +30,16 @@ _MOST = 128  # pairs of one blob that are looked at: bounds the time in crowds, 
 
 class FacingPairs:
     """Takes a blob for the required component, and another for each marker that no joint moves against it and that is
-    so far out that half a step of the scale moves it by more than its own radius; none where an outline tells more."""
+    so far out that half a step of the scale moves it by more than its own radius; no blob whose outline tells more."""
 
     def __init__(self, finder: WholeObjectFinder, guesser: FacingGuesser, config: RecognizerConfig, keep: int) -> None:
         """:param guesser: of the required component. :param keep: hypotheses of each blob that go on."""
         self._surface, self._guesser, self._keep = finder.surface, guesser, keep
         self._none = finder.surface.no_poses, np.zeros(0, np.int64)
+        self._config, self._outlined = config.guesses, not finder.target.model.needs_another
         surface, fixed, off_scale = finder.surface, _fixed(finder), np.sqrt(config.facing.scale_ratio) - 1
         self._labels, self._markers, arms = list[Sequence[int]](), list[Marker](), list[Array]()
-        for p, marker, at in fixed if finder.target.model.needs_another else ():
+        for p, marker, at in fixed:
             arm = guesser.in_view(at)
             if np.linalg.norm(arm) * off_scale > marker.radius:
                 arms.append(arm)
@@ -55,9 +57,10 @@ class FacingPairs:
         :param mine: blobs that the required component may have made. :param blobs: among which their partners are.
         :param limits: of the scale.
         """
-        if not len(self._arms) or not mine:
+        rows = np.array([n for n, b in enumerate(mine if len(self._arms) else ()) if not self._tells_more(b)], np.int64)
+        if not len(rows):
             return self._none
-        found, of = [self._none[0]], [self._none[1]]
+        found, of, mine = [self._none[0]], [self._none[1]], [mine[n] for n in rows]
         own, others = self._guesser.scales(frame, mine, limits), self._scales_of_others(frame, blobs, limits)
         here, there = centres(mine), centres(blobs)
         for part in frame.deadline.parts(len(mine), _AT_ONCE):
@@ -66,8 +69,12 @@ class FacingPairs:
             votes = self._surface.score(frame, poses, self._patches, occlusion=False).votes.sum(axis=1)
             best = first_of_each(which, votes, self._keep)
             found.append(poses[best])
-            of.append(part.start + which[best])
+            of.append(rows[part.start + which[best]])
         return Poses.concatenate(found), np.concatenate(of)
+
+    def _tells_more(self, blob: Blob) -> bool:
+        """Whether the outline tells scale and direction, by a fit to the contours of what a grid lays on the blob."""
+        return self._outlined and not is_small(blob, self._config)
 
     def _scales_of_others(self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:
         """(A, B, 2) least and greatest scale of each marker in each blob; none where its class is another one."""

@@ -59,15 +59,23 @@ class Existence:
     def times(self, share: float) -> Existence:
         return Existence(self.seen * share, self.hidden * share)
 
-    def found(self, scores: Array, new: Array, age_s: Array, config: ExistenceConfig) -> Existence:
+    def found(
+        self, scores: Array, new: Array, age_s: Array, config: ExistenceConfig, elsewhere: Flags | None = None
+    ) -> Existence:
         """Once a frame has said of each with what probability it is there.
 
         :param new: (T,) how far it says that as if it were the first to do so, 0 to 1: what stands still shows what it
             did, and all frames of it together say what one does in the mean.
         :param age_s: (T,) since each was seen: it is no less likely than one that has come since then.
+        :param elsewhere: (T,) whether scores are less for what is seen may be other parts of it, laid elsewhere. Frames
+            in a row see the same parts and err alike: they add nothing to one that does, and what is known from
+            others, which saw more, stands.
         """
+        before, elsewhere = log_odds(self.probability), np.zeros(len(new), bool) if elsewhere is None else elsewhere
+        new = np.where(elsewhere, 0.0, new)
         said, weight = log_odds(scores) + config.found_again * new, 1 - config.memory * (1 - new)
-        known = config.memory * log_odds(self.probability) + weight * said
+        known = config.memory * before + weight * said
+        known = np.where(elsewhere, np.maximum(known, before), known)
         return Existence.of(np.maximum(_probability(known), newcomers(scores, 1.0, age_s, config)))
 
 

@@ -147,11 +147,11 @@ def _exists(
     size: tuple[int, int],
     config: TrackingConfig,
 ) -> Existence:
-    here = np.zeros(len(tracks), bool)
+    here, elsewhere = np.zeros((2, len(tracks)), bool)
     scores = np.full(len(tracks), 0.5)
     for n, row in row_of.items():
-        here[row], scores[row] = True, found[n].there
-    seen = tracks.existence.found(scores, new, tracks.age_s, config.existence)
+        here[row], scores[row], elsewhere[row] = True, found[n].there, found[n].may_be_elsewhere
+    seen = tracks.existence.found(scores, new, tracks.age_s, config.existence, elsewhere)
     if here.all():
         return seen
     missed = tracks.existence.missed(_could_be_seen(tracks, found, sightings, size), config.existence).times(goes_on)

@@ -37,7 +37,6 @@ class AnnotatedObject:
     :param size: the image's (width, height) in pixels, where the file tells it.
     :param attributes: what the annotation tells besides, as CVAT writes it; text only.
     :param box: (4, 2) corners of its `bbox`, where it has one that holds something.
-    :param incomplete: some keypoints of its category are not labelled.
     """
 
     image: Path
@@ -47,7 +46,6 @@ class AnnotatedObject:
     size: tuple[int, int] | None = None
     attributes: Mapping[str, str] = field(default_factory=dict)
     box: Array | None = None
-    incomplete: bool = False
 
     @property
     def by_machine(self) -> bool:
@@ -211,8 +209,7 @@ def _annotation(
     path, size = images[image.raw]
     place, entries = f"{value.file}: {value.key} ({path.name})", value.entries()
     attributes = {k: v.raw for k, v in _attributes(entries).items() if isinstance(v.raw, str)}
-    incomplete = len(points) < len(keypoints)
-    return AnnotatedObject(path, name, place, points, size, attributes, _box(entries), incomplete)
+    return AnnotatedObject(path, name, place, points, size, attributes, _box(entries))
 
 
 def _attributes(entries: Mapping[str, Value]) -> Mapping[str, Value]:

@@ -23,7 +23,7 @@ from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.identities import identities_of as existing_identities
-from ...core.model.objects import Component, Marker
+from ...core.model.objects import Component, Marker, ObjectModel
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco
@@ -90,14 +90,15 @@ class _Seen:
         plane: FieldPlane | None,
     ) -> None:
         """An object; the rest as of `load_marked_objects`."""
-        flat = what_is_shown(o, targets)[0].model.is_flat  # else bodies do not follow from axes
+        model = what_is_shown(o, targets)[0].model
+        flat = model.is_flat  # else bodies do not follow from axes
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
             self.markers.append((names[label], outline_px(marker, place, plane)))
             for body_label in {*component.body_labels} & {*names} if flat else ():
                 for outline in body_outlines(component, marker, place, plane):
                     self.bodies.append((names[body_label], inner_part(outline)))
                     self.ignored.append(outline)
-        self.ignored += hidden_parts(o)
+        self.ignored += hidden_parts(o, model)
 
 
 def shown_markers(
@@ -212,9 +213,11 @@ def inner_part(outline: Array) -> Array:
     return np.asarray(middle + _SURE_OF_BODY * (outline - middle))
 
 
-def hidden_parts(annotated: AnnotatedObject) -> list[Array]:
-    """The box of an object some of whose markers are not annotated: they may yet be seen in part."""
-    return [annotated.box] if annotated.box is not None and annotated.incomplete else []
+def hidden_parts(annotated: AnnotatedObject, model: ObjectModel) -> list[Array]:
+    """The box of an object some of whose markers are not annotated, be it that its category has no keypoints for them:
+    they may yet be seen in part."""
+    incomplete = any(annotated.axis("/".join(key)) is None for key in model.markers)
+    return [annotated.box] if annotated.box is not None and incomplete else []
 
 
 def crowds(paths: Iterable[str | Path], images_folder: Path | None) -> Iterator[tuple[Path, Array]]:

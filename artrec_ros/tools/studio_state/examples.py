@@ -135,9 +135,7 @@ class Examples:
     def _changed(self, annotated: AnnotatedObject, **changes: Mapping[str, object]) -> AnnotatedObject:
         attributes = dict(changes.pop("attributes", annotated.attributes))
         attributes.pop(MADE_BY, None)
-        total = len(self.categories[annotated.category])
         made = replace(annotated, box=None, attributes=attributes, **changes)  # type: ignore[arg-type]
-        made = replace(made, incomplete=len(made.points) < total)
         if any(o is annotated for o in self.objects):
             self.objects = [made if o is annotated else o for o in self.objects]
         else:  # a proposal that was mended
@@ -149,11 +147,8 @@ class Examples:
         self, number: int, target: Target, points: Mapping[str, Array], attributes: Mapping[str, str] | None = None
     ) -> AnnotatedObject:
         height, width = self._session.stills.image(number).shape[:2]
-        incomplete = len(points) < len(self.categories[target.name])
-        return AnnotatedObject(
-            self._session.stills.files[number], target.name, str(self.path), points, (width, height),
-            dict(attributes or {}), None, incomplete,
-        )  # fmt: skip
+        file = self._session.stills.files[number]
+        return AnnotatedObject(file, target.name, str(self.path), points, (width, height), dict(attributes or {}))
 
     def proposals(self, number: int, result: FrameResult) -> list[AnnotatedObject]:
         """What the recogniser found in a frame and nobody has marked there, the best first."""

@@ -8,7 +8,7 @@ from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig
-from artrec_ros.core.model.found import Rejection
+from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace, Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
 from artrec_ros.core.tracking.tracker import Tracker
@@ -160,6 +160,21 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
     seen = [[at(0.02 * k, score)] for k in range(40)]
     last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
     assert min(last) > 0.97
+
+
+@pytest.mark.parametrize("whole", [0, 10])
+def test_what_may_lie_elsewhere_as_well_is_not_believed_more_for_it_lies_so_again(whole):
+    """Two of three like parts are seen, frame after frame, and each time one of two ways in which they may lie is told:
+    more of them know no better. Frames before, that saw all three, do, and fade slowly."""
+    parts = tuple(Instance(name, "dot", 0.9, 0.0, 0.0, 0.0, 100.0) for name in ("left", "tail"))
+    elsewhere = OtherPlace(ImagePose(0.0, 0.0, 0.6, 100.0), 0.45)
+    doubtful = replace(flat(0.0), score=0.5, components=parts, other_place=elsewhere)
+    sure = replace(doubtful, score=0.99, other_place=None)
+    seen = [
+        [replace(sure if k < whole else doubtful, image=ImagePose(100.0 + 3 * k, 0.0, 0.0, 300.0))] for k in range(40)
+    ]
+    last = [found[0].score for found in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
+    assert min(last) > 0.85 if whole else (min(last) > 0.45 and max(last) < 0.6)
 
 
 def test_missing_is_evidence_and_hiding_is_none():

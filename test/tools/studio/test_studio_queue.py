@@ -125,7 +125,7 @@ def test_pairs_that_examples_hardly_show_are_rare(pictures: Pictures, taught: Se
     alone = examples.new(0, target, ("team", "team"), tail, head)
     examples.remove(alone)
     team = {name: p for name, p in alone.points.items() if name.startswith("team")}
-    examples.objects.append(dataclasses.replace(alone, points=team, incomplete=True))
+    examples.objects.append(dataclasses.replace(alone, points=team))
     (never,) = worth()
     assert never[1].endswith("accent/accent and team/team together in no example")
     told = []

@@ -231,10 +231,8 @@ class WholeObjectFinder:
 
     def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those that stand on the scene's floor, about."""
-        floor = frame.scene.floor
-        if floor is None:
-            return poses
-        return poses[np.flatnonzero(floor.standing(poses.R, poses.t, self.config.guesses.standing_slack))]
+        stand = frame.scene.stand(poses.R, poses.t, self.config.guesses.standing_slack)
+        return poses if stand.all() else poses[np.flatnonzero(stand)]
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..core.geometry.transforms import Array
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from .simulator import SimulatedFrame
@@ -33,7 +34,7 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
     placed = truth.placed
     components: dict[str, Any] = {}
     ranked = sorted(truth.markers, key=lambda m: (m.visible_share >= _COUNTED_SHARE, m.visible_px), reverse=True)
-    for marker in _whole(ranked, placed.target):
+    for marker in _whole(ranked, placed.target, truth.balls_px):
         name = marker.component if marker.component not in components else f"{marker.component}@{marker.marker}"
         components[name] = {
             "marker": marker.marker,
@@ -54,13 +55,15 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
     }
 
 
-def _whole(ranked: Sequence[MarkerTruth], target: Target) -> list[MarkerTruth]:
+def _whole(ranked: Sequence[MarkerTruth], target: Target, balls_px: Mapping[str, Array]) -> list[MarkerTruth]:
     """The same with solids as one; the sides of the required one, too: where others hide most of it, one may be in full
-    view."""
+    view. A ball is where its centre is, whatever hides part of it."""
     solids = [c.name for c in target.model.components if c.name in target.solids]
     sides = [[m for m in ranked if m.component == name] for name in solids]
     left = [m for m in ranked if m.component not in solids or m.component == target.model.required.name]
-    return [*(_all_of(of) for of in sides if of), *left]
+    whole = [_all_of(of) for of in sides if of]
+    at = [m.centre if m.centre is None else balls_px.get(m.component, m.centre) for m in whole]
+    return [*(replace(m, centre=centre) for m, centre in zip(whole, at, strict=True)), *left]
 
 
 def _all_of(sides: Sequence[MarkerTruth]) -> MarkerTruth:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,11 +46,13 @@ class MarkerTruth:
 
 @dataclass(frozen=True)
 class ObjectTruth:
-    """An object, and its markers that face the camera."""
+    """An object, and its markers that face the camera. :param balls_px: (2,) the centre of each component that is a
+    ball, pixels."""
 
     placed: PlacedObject
     centre_px: Array
     markers: tuple[MarkerTruth, ...]
+    balls_px: Mapping[str, Array] = field(default_factory=dict)
 
 
 def measure(rendering: Rendering, objects: tuple[PlacedObject, ...], camera: Camera) -> tuple[ObjectTruth, ...]:
@@ -63,8 +66,14 @@ def measure(rendering: Rendering, objects: tuple[PlacedObject, ...], camera: Cam
             if surface.owner is not None and rendering.objects[index] == number
         ]
         centre = project(camera, placed.T_camera_object.position[None])[0]
-        truths.append(ObjectTruth(placed, centre, tuple(markers)))
+        truths.append(ObjectTruth(placed, centre, tuple(markers), _ball_centres(placed, camera)))
     return tuple(truths)
+
+
+def _ball_centres(placed: PlacedObject, camera: Camera) -> dict[str, Array]:
+    poses = component_poses(placed.target.model, placed.joints)
+    places = {name: (placed.T_camera_object @ poses[name]).apply(c) for name, c in placed.target.balls.items()}
+    return {name: project(camera, at[None])[0] for name, at in places.items()}
 
 
 def axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Array]:

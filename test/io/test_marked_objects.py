@@ -212,3 +212,25 @@ def test_outlines_on_a_plane_are_squeezed_as_it_is(tmp_path: Path, targets: list
         "yellow": {(20, 20), (20, 10), (40, 10), (40, 20)},
         "green": {(20, 30), (20, 20), (40, 20), (40, 30)},
     }
+
+
+def test_a_ball_is_marked_by_its_centre_and_its_edge(tmp_path: Path) -> None:
+    """Beside what has axes; where one of the two is not labelled it is not told."""
+    box, ball = "{size: [1, 1, 1]}", "{radius: 0.3, xyz: [0, 0, 1]}"
+    parts = f"components: {{base: {{required: true, label: 2, box: {box}}}, knob: {{label: 3, ball: {ball}}}}}"
+    (tmp_path / "robot.yaml").write_text(f"format: artrec_object/1\nname: robot\n{parts}\n")
+    target = Target("robot", load_object(tmp_path / "robot.yaml", {}), 1)
+    path = coco(
+        tmp_path, {"keypoints": [30, 20, 2, 33, 24, 2]}, {"keypoints": [10, 20, 2, 0, 0, 0]}, categories=("robot",)
+    )
+    content = json.loads(path.read_text())
+    content["categories"][0]["keypoints"] = ["knob.centre", "knob.edge"]
+    path.write_text(json.dumps(content))
+    (marked,) = load_marked_objects([path], [target], NAMES)
+    ((name, outline),) = marked.regions
+    assert name == "green"
+    np.testing.assert_allclose(np.linalg.norm(outline - (30, 20), axis=1), 5)
+    content["categories"][0]["keypoints"] = ["base.centre", "knob.edge"]
+    path.write_text(json.dumps(content))
+    with pytest.raises(ConfigError, match="'base.centre' .* is no component/marker"):
+        load_marked_objects([path], [target], NAMES)

@@ -299,6 +299,7 @@ def test_a_box_of_one_colour_has_its_six_sides_for_markers(tmp_path: Path) -> No
         ({"box": {"size": [0.2, 0.1]}}, "base.box.size: needs 3 numbers"),
         ({"box": {"sise": [0.2, 0.1, 1]}}, "did you mean 'size'"),
         ({"cylinder": {"radius": 1, "length": 1}}, "base.cylinder: a component that is a box of one colour is nothing"),
+        ({"body": {"boxes": []}}, "a component of its own, with its class and `joint: {parent: base, type: fixed}`"),
     ],
 )
 def test_what_is_wrong_with_a_box_is_named(tmp_path: Path, change: dict[str, Any], said: str) -> None:

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.core.design.placement import buried_markers
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.io.objects.solids import ball_solid, cylinder_solid
 from artrec_ros.io.objects.urdf_model import object_from_urdf
 
 URDF = """<robot name="truck">
@@ -179,17 +181,37 @@ def test_two_marked_links_fixed_to_each_other_stay_fixed(urdf):
     np.testing.assert_allclose(model.component("plate").joint.T_parent_joint.position, [0, 0, 0.1])
 
 
+@pytest.mark.parametrize(("shape", "solid"), [("sphere", ball_solid), ("cylinder", None)])
+def test_what_is_a_ball_or_a_tube_of_one_colour_is_its_own_body(urdf, shape, solid):
+    """Boxes that stand for the same would hide its sides; those of a rod on it are there."""
+    origin, rod = '<origin xyz="0 0 0.1"/>', '<box size="0.02 0.02 0.6"/>'
+    geometry = f'<{shape} radius="0.05" length="0.2"/></geometry></collision><collision><geometry>{rod}'
+    text = URDF.replace('<collision><geometry><box size="0.3 0.2 0.1"/>', f"<collision>{origin}<geometry>{geometry}")
+    at = Pose.from_xyz_rpy((0, 0, 0.1))
+    sides, bodies = cylinder_solid(0.05, 0.2, at) if solid is None else solid(0.05, at)
+    own = ObjectModel("own", (Component("base", sides, required=True, bodies=bodies),))
+    (base,) = object_from_urdf(urdf(text), own).model.components
+    assert [b.size.tolist() for b in base.bodies[: len(bodies)]] == [b.size.tolist() for b in bodies]
+    assert [0.02, 0.02, 0.6] in [b.size.tolist() for b in base.bodies]
+    assert not buried_markers(ObjectModel("own", (base,)))
+
+
 @pytest.mark.parametrize(
     ("links", "change", "message"),
     [
         (("base", "mats"), ("", ""), "no link 'mats'; did you mean 'mast'"),
         (("base", "fork"), ("", ""), "'fork' hangs on 'mast', which bears no marker"),
-        (("wheel", "fork"), ("", ""), "bears no marker; put one on it"),
+        (("wheel", "fork"), ("", ""), "put a marker on 'mast', or make one of the two joints fixed"),
         (("base",), ('type="prismatic"', 'type="planar"'), "joint 'lift': type 'planar' is not supported"),
         (("base",), ('lower="0" upper="0.1"', 'lower="1" upper="0.1"'), "lower limit 1 must be below"),
         (("base",), ('<limit lower="0" upper="0.1"/>', ""), "limit: this element is missing"),
         (("base",), ('xyz="0 0 2"', 'xyz="0 0 0"'), "its length is zero"),
         (("base",), ('xyz="0 0 0.05"', 'xyz="0 nan 0"'), "needs 3 number"),
+        (
+            ("base",),
+            ('lower="0" upper="0.1"', 'lower="-${pi}" upper="0.1"'),
+            r"lower: '-\$\{pi\}' is xacro's; .* xacro ROBOT",
+        ),
         (("base",), ('<parent link="world"/>', '<parent link="fork"/>'), "form a ring"),
         (("base",), ("<robot", "<model"), "no valid URDF"),
         (("base",), ("</robot>", '<x:p xmlns:x="http://www.ros.org/wiki/xacro"/></robot>'), "xacro"),

@@ -13,7 +13,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.images.cameras import load_camera
 from artrec_ros.io.learned.annotations import load_coco
-from artrec_ros.io.objects.solids import box_solid
+from artrec_ros.io.objects.solids import ball_solid, box_solid
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.output import write_frames
 from artrec_ros.simulation.records import is_annotated, keypoint_names, truth_record
@@ -141,6 +141,14 @@ def test_a_box_of_one_colour_is_all_of_it_that_shows_beside_its_sides(camera):
     assert whole["visible_px"] == pytest.approx(sum(side["visible_px"] for side in sides))
     shares = [side["visible_px"] / whole["visible_px"] for side in sides]
     assert whole["centre"] == pytest.approx(np.array(shares) @ [side["centre"] for side in sides])
+
+
+def test_a_ball_of_one_colour_is_where_its_centre_is(camera):
+    sides, bodies = ball_solid(0.06, Pose.identity())
+    ball = Target("ball", ObjectModel("ball", (Component("all", sides, True, bodies=bodies),)), 3)
+    (frame,) = simulate([ball], camera, SceneConfig(objects=(1, 1), size=(0.3, 0.3)), SensorConfig(), 3, 1)
+    (one,) = truth_record(frame)["objects"]
+    assert one["components"]["all"]["centre"] == pytest.approx(one["centre_px"])
 
 
 def test_solids_are_told_in_the_objects_order():

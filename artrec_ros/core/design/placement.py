@@ -6,7 +6,8 @@ import numpy as np
 
 from ..alignment.shapes import Shape
 from ..geometry.transforms import Array
-from ..model.objects import Box, ObjectModel
+from ..model.objects import Box, Component, Marker, ObjectModel
+from ..model.target import Target
 
 _LIFT_M = 5e-4  # a sticker lies on its body, or this much within it
 _BEFORE_M = (2 * _LIFT_M, 3e-3, 6e-3)  # before a marker: one that looks into its body may lie a little off it
@@ -14,23 +15,28 @@ _MUCH = 0.5  # share of a marker
 
 
 def buried_markers(model: ObjectModel) -> list[tuple[str, str]]:
-    """(component, marker) of the markers that lie within their own component's body, or look into it."""
-    found = []
+    """(component, marker) of the markers that lie within their own component's body, or look into it; of a box,
+    cylinder or ball of one colour, out of some of whose sides a rod may come, all or none."""
+    found, solids = list[tuple[str, str]](), Target(model.name, model, 1).solids
     for component in model.components:
-        for marker in component.markers:
-            T = marker.T_component_marker
-            if T is None:
-                continue
-            inside = Shape.from_marker(marker).inside  # x right, y down, about the centroid
-            flat = np.column_stack([inside.real, -inside.imag]) + marker.centroid
-            covered = np.zeros(len(flat), bool)
-            for height in _BEFORE_M:
-                points = T.apply(np.column_stack([flat, np.full(len(flat), height)]))
-                for box in component.bodies:
-                    covered |= _inside(box, points)
-            if covered.mean() > _MUCH:
-                found.append((component.name, marker.name))
+        buried = [(component.name, m.name) for m in component.markers if _is_buried(m, component)]
+        if len(buried) == len(component.markers) or component.name not in solids:
+            found += buried
     return found
+
+
+def _is_buried(marker: Marker, component: Component) -> bool:
+    T = marker.T_component_marker
+    if T is None:
+        return False
+    inside = Shape.from_marker(marker).inside  # x right, y down, about the centroid
+    flat = np.column_stack([inside.real, -inside.imag]) + marker.centroid
+    covered = np.zeros(len(flat), bool)
+    for height in _BEFORE_M:
+        points = T.apply(np.column_stack([flat, np.full(len(flat), height)]))
+        for box in component.bodies:
+            covered |= _inside(box, points)
+    return bool(covered.mean() > _MUCH)
 
 
 def _inside(box: Box, points: Array) -> np.ndarray:

@@ -7,7 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..base.config import FloorConfig
-from .transforms import Array
+from .transforms import Array, rotation_from_rotvec
+
+_GUESS_DEG = 30.0  # views of a marker are as far apart, whatever an object may lean
+_HELD = 0.999  # of the limit: what is turned back to it must not be rounded beyond it
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,10 +38,19 @@ class Floor:
         return np.asarray(np.degrees(np.arccos(np.clip(R[:, :, 2] @ self.up, -1, 1))), np.float64)
 
     def standing(self, R: Array, t: Array, slack: float = 1.0) -> np.ndarray:
-        """(n,) bool: which poses stand on it, limits being so many times what they are."""
+        """(n,) bool: which poses stand on it, limits being so many times what they are: of guesses that may be taken
+        more, of leaning `_GUESS_DEG` at least."""
         off = np.abs(self.heights(t) - self.config.object_height_m)
         near = off <= slack * self.config.height_tolerance_m
-        return np.asarray(near & (self.tilts_deg(R) <= slack * self.config.max_tilt_deg))
+        most = self.config.max_tilt_deg if slack <= 1 else max(slack * self.config.max_tilt_deg, _GUESS_DEG)
+        return np.asarray(near & (self.tilts_deg(R) <= most))
+
+    def turns_upright(self, R: Array) -> Array:
+        """(n, 3, 3) the least turns, in the camera, after which rotations (n, 3, 3) lean no more than they may."""
+        z = R[:, :, 2]
+        axis, by = np.cross(z, self.up), np.radians(self.tilts_deg(R) - _HELD * self.config.max_tilt_deg)
+        axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
+        return rotation_from_rotvec(np.maximum(by, 0.0)[:, None] * axis)
 
     def reasons(self, R: Array, t: Array) -> list[str | None]:
         """Why poses do not stand on it; None of those that do."""

@@ -191,7 +191,7 @@ class Looks:
             return self._misfit(n, at, m, base @ _motion(joint, value))
 
         j = self._kin.joint_of[m]
-        grid = self._kin.grid(j, _STEP_RAD)
+        grid = self._kin.grid(j, self._step_rad(m, joint))
         off = np.array([misfit(value) for value in grid.tolist()])
         found = list[tuple[float, float]]()
         for k in np.flatnonzero(np.isfinite(off)).tolist():
@@ -200,6 +200,13 @@ class Looks:
                 best = minimize_scalar(lambda x: min(misfit(x), _NOWHERE), bounds=ends, method="bounded")
                 found.append(min((float(best.fun), float(best.x)), (float(off[k]), float(grid[k]))))
         return (value for worst, value in sorted(found) if worst <= 1)
+
+    def _step_rad(self, m: int, joint: Joint) -> float:
+        """Of the joint that carries a component: as far from it as that is, no step leads past where it would lie."""
+        if joint.kind == "prismatic":
+            return _STEP_RAD
+        lever_m = float(np.linalg.norm(np.cross(joint.axis, self._middles[m])))
+        return min(_STEP_RAD, _NEAR * self._off_m[m] / max(lever_m, 1e-9))
 
     def _misfit(self, n: int, at: Pose, m: int, frame: Pose) -> float:
         """How far component `n` at a pose is from component `m` in its frame, over what nobody sees; inf: they look

@@ -10,7 +10,7 @@ from ..geometry.transforms import Array
 from .objects import ObjectModel
 from .surface import MEETING, Patch, meet_all_around, patches_of
 
-_ROUND = 0.7  # a dodecahedron's sides are 0.79 as far off as its corners, a cube's 0.58
+_LEAST_SIDES = 12  # of what stands for a ball: a cube has six, and is none
 
 
 def closed_components(model: ObjectModel) -> frozenset[str]:
@@ -34,26 +34,27 @@ def convex_solids(patches: Sequence[Patch]) -> frozenset[int]:
     return frozenset(c for c, markers in closed_in(patches).items() if _is_convex(markers))
 
 
-def balls(patches: Sequence[Patch]) -> frozenset[int]:
-    """Those of the convex solids that no picture tells the turn of: their sides are nearly as far from their middle as
-    their corners."""
-    closed = closed_in(patches)
-    return frozenset(c for c in convex_solids(patches) if _is_ball(closed[c]))
-
-
 def middle_of(markers: Sequence[Patch]) -> Array:
     """(3,) of a solid, by its sides."""
     return np.asarray(np.mean([p.drawn[3:].mean(axis=0) for p in markers], axis=0))
-
-
-def _is_ball(markers: Sequence[Patch]) -> bool:
-    middle = middle_of(markers)
-    sides = [abs((p.drawn[0] - middle) @ p.normal) for p in markers]
-    corners = [np.linalg.norm(p.drawn[3:] - middle, axis=1).max() for p in markers]
-    return bool(min(sides) > _ROUND * max(corners))
 
 
 def _is_convex(markers: Sequence[Patch]) -> bool:
     corners, normals = np.concatenate([p.drawn for p in markers]), np.array([p.normal for p in markers])
     above = corners @ normals.T - [p.drawn[0] @ p.normal for p in markers]
     return bool((above <= MEETING * np.sqrt([p.area for p in markers])).all())
+
+
+def ball_centres(patches: Sequence[Patch]) -> dict[int, Array]:
+    """(3,) the centres of components that are balls, in their own frames: with many like sides all around, each as far
+    from the centre as the others, and square to the line from it."""
+    found = ((c, np.mean([p.drawn[0] for p in sides], axis=0), sides) for c, sides in closed_in(patches).items())
+    return {c: centre for c, centre, sides in found if len(sides) >= _LEAST_SIDES and _is_ball(sides, centre)}
+
+
+def _is_ball(sides: Sequence[Patch], centre: Array) -> bool:
+    outwards = np.array([p.drawn[0] - centre for p in sides])
+    area, far_m = np.array([p.area for p in sides]), np.linalg.norm(outwards, axis=1)
+    off = outwards - far_m.mean() * np.array([p.normal for p in sides])
+    near = np.linalg.norm(off, axis=1) < MEETING * np.sqrt(area)
+    return bool(near.all() and np.ptp(np.log(area)) < MEETING)

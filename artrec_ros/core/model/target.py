@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+from ..geometry.transforms import Array
 from .objects import ObjectModel
-from .solids import convex_solids
+from .solids import ball_centres, convex_solids
 from .surface import Patch, is_on_unknown, patches_of
 
 
@@ -36,6 +37,11 @@ class Target:
     def solids(self) -> frozenset[str]:
         """Its components that are seen as one: see `convex_solids`."""
         return frozenset(self.model.components[c].name for c in convex_solids(self._patches))
+
+    @cached_property
+    def balls(self) -> dict[str, Array]:
+        """Its components that are balls, and their centres: see `ball_centres`."""
+        return {self.model.components[c].name: centre for c, centre in ball_centres(self._patches).items()}
 
     @cached_property
     def _patches(self) -> list[Patch]:

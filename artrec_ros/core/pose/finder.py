@@ -36,6 +36,7 @@ from .stand_ins import StandIns
 from .surface_model import Poses, SpatialModel
 from .through_middles import ThroughMiddles
 from .tilts import Tilts
+from .upright import Upright
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
@@ -71,6 +72,7 @@ class WholeObjectFinder:
         self.exchanges = Exchanges(self.surface) if facing else None
         self.seen_alike = SeenAlike(self.surface) if facing else None
         self.required = RequiredPlace(target.model, self.surface)
+        self.upright = Upright(self.required, facing=facing)
         self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self._lookalikes = Lookalikes(self.surface)
@@ -168,7 +170,17 @@ class WholeObjectFinder:
         found = self._with_bent(frame, found).best(climb.most, search)
         found = self._with_rival_flips(frame, self.climber.sweep(frame, found))
         found = self.climber.climb(frame, found, climb)
-        return self._with_lookalikes(frame, self.fit_all(frame, found.poses).best(len(found), search))
+        found = self._with_lookalikes(frame, self.fit_all(frame, found.poses).best(len(found), search))
+        return self._with_upright(frame, found, climb)
+
+    def _with_upright(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
+        """Where none stands on the scene's floor, add them turned upright, after a climb and a fit of their own: as
+        they are all are refused."""
+        if frame.deadline.expired or frame.scene.stand(found.poses.R, found.poses.t).any():
+            return found
+        upright = self.upright.of(frame, found.poses)
+        again = self.polished(frame, self.ranked(frame, upright), climb) if len(upright) else found[:0]
+        return found + again[np.flatnonzero(frame.scene.stand(again.poses.R, again.poses.t))]
 
     def followed(self, frame: ImageFrame, expected: Poses, votes: float, left: float, climb: Climb) -> Ranked:
         """Where an object is that is expected near some poses, and its mirrored turns, best first.
@@ -231,10 +243,8 @@ class WholeObjectFinder:
 
     def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those that stand on the scene's floor, about."""
-        floor = frame.scene.floor
-        if floor is None:
-            return poses
-        return poses[np.flatnonzero(floor.standing(poses.R, poses.t, self.config.guesses.standing_slack))]
+        stand = frame.scene.stand(poses.R, poses.t, self.config.guesses.standing_slack)
+        return poses if stand.all() else poses[np.flatnonzero(stand)]
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""
@@ -272,5 +282,8 @@ class WholeObjectFinder:
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
     def fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
-        """Hypotheses and their fits to the contours of all markers that the labels support, with votes."""
-        return self.refit.of(frame, poses, self.climber.depths(frame.camera))
+        """Hypotheses and their fits to the contours of all markers that the labels support, with votes; beside those
+        that lean too much for the scene's floor, the same turned upright."""
+        fitted = self.refit.of(frame, poses, self.climber.depths(frame.camera))
+        upright = self.upright.of(frame, fitted.poses)
+        return fitted + self.ranked(frame, upright) if len(upright) else fitted

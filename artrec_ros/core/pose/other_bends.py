@@ -115,6 +115,7 @@ def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
             return bends
         bends = replace(bends, poses=rest(frame, bends.poses, used))
         near = _is_near(finder, poses, bends, finder.voter.judge(frame, bends.poses, occlusion=True), least)
+    near &= frame.scene.stand(bends.poses.R, bends.poses.t)
     return bends.where(near)
 
 

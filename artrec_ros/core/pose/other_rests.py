@@ -40,9 +40,8 @@ def likelier_rests(
     if finder.hidden_ends is not None:
         hidden, of_hidden = finder.hidden_ends.of(hurried, poses, used)
     rests, of = Poses.concatenate([covered, hidden]), np.concatenate([of_covered, of_hidden])
-    if (floor := frame.scene.floor) is not None:
-        stands = np.flatnonzero(floor.standing(rests.R, rests.t, 1.0))
-        rests, of = rests[stands], of[stands]
+    stand = np.flatnonzero(frame.scene.stand(rests.R, rests.t))
+    rests, of = rests[stand], of[stand]
     if not len(of):
         return poses, used, elsewhere
     used_there, log_odds = finder.voter.supports(frame, rests), turn_odds(finder, frame, poses[of], rests)

@@ -190,8 +190,7 @@ def _at_rest(
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
     apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
     apart &= finder.voter.votes(frame, fitted, occlusion=True) > least[of]
-    if (floor := frame.scene.floor) is not None:
-        apart &= floor.standing(fitted.R, fitted.t, 1.0)
+    apart &= frame.scene.stand(fitted.R, fitted.t)
     kept = np.flatnonzero(apart)
     return fitted[kept], of[kept]
 

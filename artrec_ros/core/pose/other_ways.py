@@ -74,7 +74,8 @@ class OtherWays:
         ways = finder.refit.of(frame, ways, ANY_DEPTH).poses[len(ways) :]
         ways = finder.rest.at_rest(frame, ways, finder.voter.supports(frame, ways))
         told = finder.voter.votes(frame, pose, occlusion=True)
-        ways = ways[np.flatnonzero(finder.voter.votes(frame, ways, occlusion=True) > self._least(told))]
+        may_be = finder.voter.votes(frame, ways, occlusion=True) > self._least(told)
+        ways = ways[np.flatnonzero(may_be & (frame.scene.stand(ways.R, ways.t) | finder.facing))]
         ways = self._apart(ways, pose, moving)
         if not len(ways):
             return None

@@ -35,12 +35,14 @@ class Resting:
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
-        whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up."""
+        whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up.
+        None leaves the scene's floor."""
         both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.with_sides(used), last=True)])
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)
         had, has = self._voter.supported(scores).reshape(2, *used.shape)
         kept = (after > self._config.search.settled_votes * before) & ~(used & had & ~has).any(axis=1)
+        kept &= ~self._left_floor(frame, both)
         return both[np.arange(len(poses)) + len(poses) * kept]
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
@@ -55,7 +57,10 @@ class Resting:
 
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
-        return poses if frame.image is None else self._to_colours.fitted(frame, poses, self._surface.with_sides(used))
+        if frame.image is None:
+            return poses
+        both = Poses.concatenate([poses, self._to_colours.fitted(frame, poses, self._surface.with_sides(used))])
+        return both[np.arange(len(poses)) + len(poses) * ~self._left_floor(frame, both)]
 
     def tells_colour_edges(self, frame: ImageFrame) -> bool:
         """Whether `edges` are those of colours, which are finer than the labels'."""
@@ -84,6 +89,11 @@ class Resting:
         expected = (self._surface.shown_contour(poses, used) & self._surface.ends(poses, frame.camera))[:, which]
         shown = would_show(frame.field, fit.point, fit.normal, self.reach_px(frame), self._config.fit.border_px)
         return expected & shown & ~(fit.weight > 0)
+
+    def _left_floor(self, frame: ImageFrame, both: Poses) -> NDArray[np.bool_]:
+        """(H,) which of H poses in space stood on the scene's floor, and do so no longer as the next H."""
+        stood, stand = frame.scene.stand(both.R, both.t).reshape(2, -1)
+        return np.asarray(stood & ~stand & (not self._facing))
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""

@@ -20,7 +20,7 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.solids import balls, convex_solids, middle_of
+from ..model.solids import ball_centres, convex_solids, middle_of
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
@@ -249,8 +249,8 @@ class SpatialModel:
 
     @cached_property
     def balls(self) -> frozenset[int]:
-        """See `solids.balls`."""
-        return balls(self.patches)
+        """Components of which no picture tells how they are turned: see `ball_centres`."""
+        return frozenset(ball_centres(self.patches))
 
     @cached_property
     def blobs(self) -> tuple[Array, Array]:

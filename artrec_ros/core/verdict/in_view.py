@@ -1,7 +1,8 @@
 """Components of told objects as the image shows them, and what of all their markers could be seen there.
 
 Of a component that its markers close in, as a box or a ball of one colour, the outline is that of all that shows:
-sides have no edges in the image. Its place is that of one of them, as of all markers.
+sides have no edges in the image. Its place is that of one of them, as of all markers; that of a ball, on which nothing
+tells where a side lies, is its centre.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Instance
 from ..model.kinematics import Frames
+from ..model.solids import ball_centres
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
@@ -48,7 +50,10 @@ class PartsInView:
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
-        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
+        balls = {} if finder.facing else ball_centres(patches)
+        self._is_ball = np.array([p.component in balls for p in patches], bool)
+        drawn = [np.vstack([balls.get(p.component, p.drawn[0]), p.drawn[1:]]) for p in patches]
+        self._points = np.concatenate([p.inside for p in patches] + drawn)
         n_drawn = [len(p.drawn) for p in patches]
         component = surface.component[surface.markers]
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])
@@ -66,8 +71,8 @@ class PartsInView:
         frame: ImageFrame,
         among: Sequence[Verdict],
     ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
-        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre. And
-        what of all markers could be seen."""
+        """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre, but
+        for balls. And what of all markers could be seen."""
         surface, camera = self._finder.surface, frame.camera
         X = surface.place(frames, self._points, self._on)
         pixels, samples = project(camera, X), slice(self._first_drawn[0])
@@ -83,7 +88,7 @@ class PartsInView:
         centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
         # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
         off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
-        centre = np.where(count, centroid + off, centroid)
+        centre = np.where((count > 0) & ~self._is_ball[:, None], centroid + off, centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)

@@ -20,6 +20,7 @@ from ...core.model.objects import Marker, ObjectModel
 from ..base.yaml_files import Value, nearest
 from ..images.decoding import Image, read_image
 from .coco import coco_entry, coco_image, read_coco, rows_of
+from .marked_balls import ball_keypoints
 
 Key = tuple[str, str]  # (component, marker)
 _ENDS = ("tail", "head")
@@ -85,9 +86,12 @@ class Annotations:
         return Annotations({name: self.categories[name] for name in chosen}, kept, self.bare, crowds)
 
     def examples(self, model: ObjectModel) -> list[dict[Key, Instance]]:
-        """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled."""
+        """Per annotated object, the places of `model`'s markers; a marker needs both ends labelled. Keypoints of balls
+        (marked_balls.py) tell none."""
         markers = {"/".join(key): (key[0], m) for key, m in model.markers.items()}
         known = [f"{marker}.{end}" for marker in markers for end in _ENDS]
+        if not {name for names in self.categories.values() for name in names} <= {*known}:
+            known += ball_keypoints(model)
         several = "; of several categories choose one with --category" if len(self.categories) > 1 else ""
         for category, names in self.categories.items():
             for name in names:

@@ -1,6 +1,7 @@
 """Regions of classes from COCO keypoint files: where objects are annotated for training, nothing is marked twice.
 
-The two ends of a marker's axis fix its place, so its outline in the image follows, and the object file knows its class.
+The two ends of a marker's axis fix its place, so its outline in the image follows, and the object file knows its class;
+a ball's follows from its centre and a point of its edge.
 So do those of the bodies of an object that lies flat. What lies outside all outlines of an image is background. What
 else is drawn there, boxes and polygons of other categories, is of the class of that name, or background of its own;
 where it and an outline overlap, the smaller one goes before.
@@ -28,6 +29,7 @@ from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco
 from .coco import coco_entry, coco_image, read_coco
+from .marked_balls import marked_balls
 from .regions import MarkedImage, drawn_regions, larger_first, outlines_of, parted
 
 REST = "unmarked"
@@ -90,15 +92,18 @@ class _Seen:
         plane: FieldPlane | None,
     ) -> None:
         """An object; the rest as of `load_marked_objects`."""
-        model = what_is_shown(o, targets)[0].model
-        flat = model.is_flat  # else bodies do not follow from axes
+        target, shown = what_is_shown(o, targets)
+        for ball, outline in marked_balls(o, target):
+            label = label_of(ball, target.label, shown.get(ball.name), o)
+            self.markers.append((_named(label, ball.name, o, names), outline))
+        flat = target.model.is_flat  # else bodies do not follow from axes
         for component, marker, place, label in shown_markers(o, annotations, targets, names):
             self.markers.append((names[label], outline_px(marker, place, plane)))
             for body_label in {*component.body_labels} & {*names} if flat else ():
                 for outline in body_outlines(component, marker, place, plane):
                     self.bodies.append((names[body_label], inner_part(outline)))
                     self.ignored.append(outline)
-        self.ignored += hidden_parts(o, model)
+        self.ignored += hidden_parts(o, target.model)
 
 
 def shown_markers(
@@ -111,9 +116,14 @@ def shown_markers(
     for (name, marker), place in example.items():
         component = target.model.component(name)
         label = label_of(component, target.label, shown.get(name), annotated)
-        if label not in names:
-            raise ConfigError(f"{annotated.place}: component '{name}' has the label {label}, which no class has")
+        _named(label, name, annotated, names)
         yield component, component.marker(marker), place, label
+
+
+def _named(label: int, component: str, annotated: AnnotatedObject, names: Mapping[int, str]) -> str:
+    if label not in names:
+        raise ConfigError(f"{annotated.place}: component '{component}' has the label {label}, which no class has")
+    return names[label]
 
 
 def what_is_shown(annotated: AnnotatedObject, targets: Sequence[Target]) -> tuple[Target, Mapping[str, str]]:

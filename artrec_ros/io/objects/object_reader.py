@@ -159,7 +159,10 @@ def _read_component(name: str, value: Value, shapes: Mapping[str, Marker], label
     bodies, body_label = _read_body(given["body"], labels) if "body" in given else ((), None)
     if solid := [key for key in SOLIDS if key in given]:
         if also := [key for key in (*solid[1:], "markers", "body") if key in given]:
-            raise given[also[0]].error(f"a component that is a {solid[0]} of one colour is nothing else beside that")
+            raise given[also[0]].error(
+                f"a component that is a {solid[0]} of one colour is nothing else beside that; what is fixed to it, a "
+                f"rod say, is a component of its own, with its class and `joint: {{parent: {name}, type: fixed}}`"
+            )
         markers, bodies = SOLIDS[solid[0]](given[solid[0]])
     elif "markers" in given:
         if not shapes and given["markers"].entries():

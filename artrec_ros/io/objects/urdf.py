@@ -139,6 +139,8 @@ def numbers(text: str, count: int, place: str) -> tuple[float, ...]:
         values = tuple(float(word) for word in text.split())
     except ValueError:
         values = ()
+    if "${" in text:
+        raise ConfigError(f"{place}: '{text}' is xacro's; make a URDF first: xacro ROBOT.xacro > robot.urdf")
     if len(values) != count or not all(map(math.isfinite, values)):
         raise ConfigError(f"{place}: needs {count} number(s), not '{text}'")
     return values

@@ -7,8 +7,9 @@ would bring 350 MB and urdf_parser_py 16 MB.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,10 +19,12 @@ from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.names import is_name
 from ...core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from ...core.model.solids import closed_components
 from ..base.yaml_files import nearest
 from .marker_shapes import safe_name
 from .urdf import link_body, numbers, read_robot
 
+_STANDS_OUT = 1.3  # cubes that stand for a ball have corners 28 % farther out than its sides, squares for a tube 11 %
 _KINDS = {"revolute": "revolute", "continuous": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
 
 
@@ -71,8 +74,8 @@ def object_from_urdf(
         if part.marked is None:
             continue
         joint = _carried_by(part, not components, path)
-        boxes = _boxes(part, path, notes)
         own = marked[part.marked]
+        boxes = _boxes(part, path, notes, own)
         markers = tuple(_moved(m, part.pose_of(part.marked)) for m in own.markers)
         components.append(replace(own, markers=markers, joint=joint, bodies=boxes, body_label=body_label))
         if part.joint is not None and part.joint.mimics:
@@ -135,7 +138,10 @@ def _carried_by(part: _Part, is_first: bool, path: Path) -> Joint | None:
     parent, joint = part.parent, part.joint
     if parent is None or joint is None or parent.marked is None:
         bare = next(iter(parent.links)) if parent else "?"
-        raise ConfigError(f"{path}: link '{part.marked}' hangs on '{bare}', which bears no marker; put one on it")
+        raise ConfigError(
+            f"{path}: link '{part.marked}' hangs on '{bare}', which bears no marker, and two joints in a row cannot be "
+            f"told apart; put a marker on '{bare}', or make one of the two joints fixed (docs/object_file.md)"
+        )
     T = parent.links[parent.marked].inverse() @ part.T_parent_joint if parent.is_root else part.T_parent_joint
     if joint.kind == "fixed":
         return Joint(parent.marked, T, np.array([0.0, 0.0, 1.0]), 0.0, 0.0, "fixed")
@@ -144,9 +150,15 @@ def _carried_by(part: _Part, is_first: bool, path: Path) -> Joint | None:
     return Joint(parent.marked, T, joint.axis, joint.lower, joint.upper, joint.kind, name)
 
 
-def _boxes(part: _Part, path: Path, notes: list[str]) -> tuple[Box, ...]:
-    """The bodies of all links of a part, in its component's frame; what cannot be read is left out, and noted."""
-    boxes: list[Box] = []
+def _boxes(part: _Part, path: Path, notes: list[str], own: Component) -> tuple[Box, ...]:
+    """The bodies of all links of a part, in its component's frame; what cannot be read is left out, and noted.
+
+    :param own: what bears markers. Of a box, cylinder or ball of one colour the body is its own: boxes that stand for
+        the same are a little larger here and there, and would hide its sides.
+    """
+    solid = own.name in closed_components(ObjectModel(own.name, (replace(own, required=True, joint=None),)))
+    boxes = [Box(part.pose_of(own.name) @ b.T_component_box, b.size) for b in own.bodies] if solid else []
+    sides = [_moved(m, part.pose_of(own.name)).T_component_marker for m in own.markers]
     for link in part.links:
         try:
             found = link_body(path, link)
@@ -154,9 +166,20 @@ def _boxes(part: _Part, path: Path, notes: list[str]) -> tuple[Box, ...]:
             if "no geometry" not in str(error):
                 notes.append(str(error).replace("; list the body's boxes in the object file", "") + ": it gets no body")
             continue
-        notes += found.notes
-        boxes += [Box(part.pose_of(link) @ b.T_component_box, b.size) for b in found.boxes]
+        placed = [Box(part.pose_of(link) @ b.T_component_box, b.size) for b in found.boxes]
+        beside = [b for b in placed if not (solid and _is_within(b, sides))]
+        notes += found.notes if beside else ()
+        boxes += beside
     return tuple(boxes)
+
+
+def _is_within(box: Box, sides: Sequence[Pose | None]) -> bool:
+    """Whether a box lies, but for what its corners stand out, in what markers at some poses close in."""
+    known = [T for T in sides if T is not None]
+    at, normals = np.array([T.position for T in known]), np.array([T.rotation[:, 2] for T in known])
+    middle, ends = at.mean(axis=0), np.array(list(product((-0.5, 0.5), repeat=3)))
+    above = (box.T_component_box.apply(ends * box.size) - middle) @ normals.T
+    return bool((above <= _STANDS_OUT * ((at - middle) * normals).sum(axis=1)).all())
 
 
 def _moved(marker: Marker, T: Pose) -> Marker:

@@ -49,7 +49,9 @@ SHOWN = {
         "position error", "% of range", 2, -1, "median, relative to the distance", short="position %"
     ),
     "position_error_m_median": Shown("position error", "mm", 1, -1, "median"),
-    "rotation_error_deg_median": Shown("rotation error", "deg", 2, -1, "median", short="rotation deg"),
+    "rotation_error_deg_median": Shown(
+        "rotation error", "deg", 2, -1, "median, from the nearest turn in which it looks the same", short="rotation deg"
+    ),
     "joint_error_deg_median": Shown("joint error", "deg", 2, -1, "median, revolute joints", short="joint deg"),
     "joint_error_m_median": Shown("joint error", "mm", 1, -1, "median, prismatic joints"),
     "position_error_p95": Shown("position error, 95 %", "% of range", 2, -1, "19 of 20 objects found are less off"),

@@ -9,6 +9,7 @@ import numpy as np
 from ...core.geometry.transforms import Pose
 from ...core.model.found import Detection
 from ...io.truth.records import TrueObject
+from .same_looks import AS_IT_IS, SameLooks
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,7 @@ class Outcome:
     :param right: None where the truth does not speak of components.
     :param image_errors: of the components whose marker's axis was annotated: how far the marker's centre is off
         (pixels), and its direction (radians, 0 to pi; None: it looks the same in any turn).
+    :param looks: after which turns it looks the same.
     """
 
     truth: TrueObject
@@ -30,6 +32,7 @@ class Outcome:
     missed: frozenset[str] = frozenset()
     right: bool | None = False
     image_errors: tuple[tuple[float, float | None], ...] = ()
+    looks: SameLooks = AS_IT_IS
 
     @property
     def recognised(self) -> bool:
@@ -75,10 +78,18 @@ class Outcome:
 
     @property
     def rotation_error_rad(self) -> float | None:
+        """From the nearest rotation that looks like the true one."""
+        return self._rotation_error_rad(self.looks)
+
+    @property
+    def turn_told_rad(self) -> float | None:
+        """From the true one itself."""
+        return self._rotation_error_rad(AS_IT_IS)
+
+    def _rotation_error_rad(self, looks: SameLooks) -> float | None:
         if self._found_pose is None or self.truth.pose is None:
             return None
-        cosine = (np.trace(self._found_pose.rotation.T @ self.truth.pose.rotation) - 1) / 2
-        return float(np.arccos(np.clip(cosine, -1, 1)))
+        return looks.error_rad(self.truth.pose.rotation, self._found_pose.rotation)
 
     @property
     def joint_errors(self) -> dict[str, float]:

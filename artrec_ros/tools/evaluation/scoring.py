@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 from ...core.base.errors import SourceError
 from ...core.geometry.camera import Camera
@@ -18,7 +18,7 @@ from .completion import undirected, with_components, with_own_names
 from .metrics import Counts, judge_frame, shows_others
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
-from .same_looks import turned_alike
+from .same_looks import SameLooks, turned_alike
 from .slips import slips
 
 
@@ -119,18 +119,20 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
     choices = choose_objects(truth, run, options.names)
     camera = options.camera or truth.camera
     complete = {name: _completer(run, name, truth, camera) for name in choices}
+    looks = {name: cache(partial(SameLooks.of, run.models[name])) for name in choices if name in run.models}
     frames = []
     for key, objects in truth.frames.items():
         record = run.records[found[key]] if key in found else None
         by_name = {
-            name: _judge(choice.of(objects), name, record, run, complete[name]) for name, choice in choices.items()
+            name: _alike(_judge(choice.of(objects), name, record, run, complete[name]), looks.get(name))
+            for name, choice in choices.items()
         }
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
     sliding = {name: _sliding(run.models[name]) for name in choices if name in run.models}
     scored = Evaluation(run, truth, tuple(frames), choices, tuple(_notes(run, truth, found, choices)), sliding)
     outcomes = list(scored.outcomes())
     noted = (
-        *_turned_away(scored), *_undirected(scored), *slips(outcomes, sliding), *turned_alike(outcomes, run.models)
+        *_turned_away(scored), *_undirected(scored), *slips(outcomes, sliding), *turned_alike(outcomes)
     )  # fmt: skip
     return replace(scored, notes=(*scored.notes, *noted))
 
@@ -163,6 +165,13 @@ def _judge(
 ) -> FrameOutcome:
     detections = [d for d in record.detections if d.object == name and not d.predicted] if record else []
     return judge_frame([complete(o) for o in objects], detections, run.objects[name].required)
+
+
+def _alike(frame: FrameOutcome, looks: Callable[[], SameLooks] | None) -> FrameOutcome:
+    """The same with the turns after which the object looks the same, where that matters: they take a while to find."""
+    if looks is None or not any(o.turn_told_rad for o in frame.outcomes):
+        return frame
+    return replace(frame, outcomes=tuple(replace(o, looks=looks()) for o in frame.outcomes))
 
 
 def _completer(run: Run, name: str, truth: Truth, camera: Camera | None) -> Callable[[TrueObject], TrueObject]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -35,7 +37,7 @@ def test_heights_and_leaning_are_those_in_the_room(pitch: float, roll: float) ->
 def test_what_does_not_stand_is_told_why() -> None:
     config = FloorConfig(camera_height_m=1.0, object_height_m=0.2, height_tolerance_m=0.1, max_tilt_deg=20.0)
     floor = Floor.of(config)
-    upright, leaning = rotation_from_rpy([np.pi / 2, 0, 0]), rotation_from_rpy([np.pi / 2 + np.radians(30), 0, 0])
+    upright, leaning = rotation_from_rpy([np.pi / 2, 0, 0]), rotation_from_rpy([np.pi / 2 + np.radians(29.9), 0, 0])
     R = np.array([upright, upright, leaning])
     t = np.array([[0.3, 0.8, 2.0], [0.3, 0.4, 2.0], [0.3, 0.8, 2.0]])  # y is down
     stands, high, leans = floor.reasons(R, t)
@@ -43,6 +45,8 @@ def test_what_does_not_stand_is_told_why() -> None:
     assert "0.60 m above the floor, not 0.2 m" in high and "leans by 30 deg" in leans
     assert floor.standing(R, t).tolist() == [True, False, False]
     assert floor.standing(R, t, slack=1.6).tolist() == [True, False, True]
+    strict = Floor.of(replace(config, max_tilt_deg=3.0))  # guesses lean by as much whatever objects may
+    assert strict.standing(R[2:], t[2:], slack=1.01).all() and not strict.standing(R[2:], t[2:]).any()
 
 
 def test_nothing_is_known_of_a_floor_without_a_height() -> None:

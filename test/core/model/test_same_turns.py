@@ -62,6 +62,12 @@ def test_joints_take_a_turn_up_within_their_limits():
     assert not turns(base, solid("arm", *arm, joint("base", (0, 0, 0.03), (0, 0, 1), -0.5, 0.5)))
 
 
+def test_a_small_ball_at_the_end_of_a_long_link_is_found_where_a_turn_brings_it():
+    small = ball_solid(0.05, Pose.from_xyz_rpy((0, 0, 1.0)))
+    arm = Component("arm", small[0], label=3, joint=joint("base", (0, 0, 0), (1, 0, 0), -1.6, 1.6), bodies=small[1])
+    assert ((0, 0, 1), 180) in turns(solid("base", (0.1, 0.1, 0.05), required=True), arm)
+
+
 def test_components_change_places():
     frame = solid("frame", (0.3, 0.25, 0.36), required=True)
     slides = [joint("frame", (0, 0, z), (1, 0, 0), 0, 0.2, "prismatic") for z in (-0.1, 0.1)]

@@ -4,9 +4,9 @@ import numpy as np
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
-from artrec_ros.core.model.solids import balls, closed_in, convex_solids
+from artrec_ros.core.model.solids import ball_centres, closed_in, convex_solids
 from artrec_ros.core.model.surface import patches_of
-from artrec_ros.io.objects.solids import ball_solid, box_solid
+from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
 
 CUBE = Box(Pose.identity(), np.full(3, 0.1))
 
@@ -18,11 +18,6 @@ def patches(*markers):
 def test_the_sides_of_a_box_or_a_ball_are_one_solid():
     for markers, _ in (box_solid(CUBE), ball_solid(0.05, Pose.identity())):
         assert convex_solids(patches(*markers)) == {0}
-
-
-def test_of_these_a_ball_tells_no_turn():
-    assert balls(patches(*ball_solid(0.05, Pose.identity())[0])) == {0}
-    assert not balls(patches(*box_solid(CUBE)[0]))
 
 
 def test_a_box_that_is_open_is_none():
@@ -38,3 +33,11 @@ def test_two_boxes_apart_are_no_convex_solid():
     both = patches(*box_solid(CUBE)[0], *other)
     assert closed_in(both)
     assert not convex_solids(both)
+
+
+def test_a_ball_has_a_centre_and_a_box_or_a_tin_none():
+    at = Pose.from_xyz_rpy((0.3, -0.2, 0.1), (0.2, 0.5, -1.0))
+    (centre,) = ball_centres(patches(*ball_solid(0.05, at)[0])).values()
+    np.testing.assert_allclose(centre, at.position, atol=1e-12)
+    for markers, _ in (box_solid(CUBE), cylinder_solid(0.05, 0.1, at)):
+        assert not ball_centres(patches(*markers))

@@ -1,10 +1,16 @@
 """Where hypotheses come to rest: finer, and with all that speaks for them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from settings import DEFAULTS
 from squares import TEAM, Placing, gate, rendered
 
+from artrec_ros.core.base.config import FloorConfig
+from artrec_ros.core.geometry.floor import Floor
+from artrec_ros.core.geometry.scene import Scene
+from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
@@ -38,3 +44,22 @@ def test_a_marker_that_did_not_speak_for_it_before_is_none_to_lose(monkeypatch):
     used = np.ones((1, len(FINDER.surface.markers)), bool)
     monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: elsewhere)
     np.testing.assert_array_equal(FINDER.rest.settled(FRAME, off, used).q, elsewhere.q)
+
+
+@pytest.mark.parametrize(("lean_deg", "taken"), [(5.0, True), (9.0, False)])
+def test_no_rest_leans_more_than_what_stands_on_the_floor(lean_deg, taken, monkeypatch):
+    """A fit to labels, and one to colours."""
+    finder = WholeObjectFinder(Target("gate", gate(), TEAM), DEFAULTS)
+    at = AT.pose(FRAME.camera)
+    upright, over = (rotation_from_rotvec(np.radians([[90.0 + by, 0, 0]])) for by in (0.0, lean_deg))
+    stood, leans = Poses(upright, at.t, at.q), Poses(over, at.t, at.q)
+    height = 10.0
+    floor = FloorConfig(camera_height_m=height, object_height_m=height, height_tolerance_m=height, max_tilt_deg=8.0)
+    frame = replace(FRAME, scene=Scene(floor=Floor.of(floor)), image=np.zeros((1, 1, 3), np.uint8))
+    used = np.zeros((1, len(finder.surface.markers)), bool)
+    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: leans)
+    monkeypatch.setattr(finder.rest._to_colours, "fitted", lambda *args: leans)
+    monkeypatch.setattr(finder.voter, "total", lambda scores: np.ones(2))
+    expected = leans if taken else stood
+    np.testing.assert_array_equal(finder.rest.settled(frame, stood, used).R, expected.R)
+    np.testing.assert_array_equal(finder.rest.on_colours(frame, stood, used).R, expected.R)

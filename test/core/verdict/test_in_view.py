@@ -6,13 +6,14 @@ import pytest
 from solids import BLUE, RED, camera_of, marker, rectangle, render
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.objects.solids import box_solid
+from artrec_ros.io.objects.solids import ball_solid, box_solid
 
 CAMERA = camera_of((640, 480), 600.0)
 FROM_ABOVE = np.array([[0, 1, 0], [0.6, 0, -0.8], [-0.8, 0, -0.6]], float)
@@ -40,3 +41,22 @@ def test_a_box_is_told_by_all_of_it_that_shows(turn):
     inside = [cv2.pointPolygonTest(outline, xy, True) for xy in np.column_stack([columns, rows]).astype(float).tolist()]
     assert min(inside) > -2
     assert (one.image.x, one.image.y) == (shown.x, shown.y)
+
+
+def test_a_ball_is_told_by_its_centre():
+    (box,), at = crate().components[:1], Pose.from_xyz_rpy((0.02, 0.01, 0.055))
+    sides, bodies = ball_solid(0.03, at)
+    model = ObjectModel("crate", (box, Component("knob", sides, label=BLUE, bodies=bodies)))
+    pose = Poses(
+        (FROM_ABOVE @ rotation_from_rotvec((0, 0, 0.7)))[None], np.array([[0.02, -0.03, 1.0]]), np.zeros((1, 0))
+    )
+    labels = render(CAMERA, [(model, pose, RED)])
+    recognizer = Recognizer(
+        [Target("crate", model, RED)], RecognizerConfig(time_budget_ms=60000.0), Segmenter(ImageConfig())
+    )
+    (one,) = recognizer.recognize(labels, CAMERA).detections
+    knob = next(c for c in one.components if c.component == "knob")
+    assert one.pose is not None
+    centre = one.pose.apply(at.position)
+    np.testing.assert_allclose((knob.x, knob.y), project(CAMERA, centre[None])[0], atol=1e-6)
+    assert knob.scale == pytest.approx(CAMERA.focal_px / centre[2])

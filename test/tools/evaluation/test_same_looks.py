@@ -1,17 +1,21 @@
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
+import pytest
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import Detection, ImagePose
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
-from artrec_ros.io.objects.solids import box_solid
+from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
 from artrec_ros.io.truth.records import TrueObject
 from artrec_ros.tools.evaluation.outcomes import Outcome
-from artrec_ros.tools.evaluation.same_looks import turned_alike
+from artrec_ros.tools.evaluation.same_looks import AS_IT_IS, SameLooks, turned_alike
 
 BOX = Box(Pose.identity(), np.array([0.2, 0.1, 0.05]))
 CRATE = ObjectModel("crate", (Component("crate", box_solid(BOX)[0], required=True, bodies=(BOX,)),))
+LOOKS = SameLooks.of(CRATE)
 TRUE = Pose.from_xyz_rpy((0.1, 0.0, 1.0), (0.4, -0.2, 1.0))
 
 
@@ -19,16 +23,32 @@ def outcome(turn):
     """Told as a turn (a rotation vector in the object's frame) of the truth."""
     told = Pose(TRUE.rotation @ rotation_from_rotvec(turn), TRUE.position)
     found = Detection("crate", 0, 0.9, ImagePose(0, 0, 0, 1), (), told)
-    return "crate", Outcome(TrueObject(3, TRUE, {}, np.zeros(2)), True, found)
+    return "crate", Outcome(TrueObject(3, TRUE, {}, np.zeros(2)), True, found, looks=LOOKS)
 
 
-def test_turns_after_which_it_looks_the_same_are_counted():
+def test_errors_are_those_from_the_nearest_turn_in_which_it_looks_the_same():
     turns = [(np.pi, 0, 0), (0, np.pi, 0), (0.02, 0, 0), (0, 0, np.pi - 0.02)]
-    (line,) = turned_alike([outcome(turn) for turn in turns], {"crate": CRATE})
+    told = [outcome(turn) for turn in turns]
+    assert [o.rotation_error_rad for _, o in told] == pytest.approx([0, 0, 0.02, 0.02], abs=1e-6)
+    (line,) = turned_alike(told)
     assert line.startswith("'crate' looks the same after some turns")
-    assert "3 of 4 rotations are off by such a one" in line
+    assert "3 of 4 rotations are off by such a one" in line and "179.43 deg in the median" in line
+
+
+def test_what_is_round_is_off_by_what_its_axis_is():
+    sides, bodies = cylinder_solid(0.05, 0.2, Pose.identity())
+    tin = SameLooks.of(ObjectModel("tin", (Component("tin", sides, required=True, bodies=bodies),)))
+    about, lean = (rotation_from_rotvec(np.array(turn)) for turn in ((0, 0, 0.26), (0.1, 0, 0)))
+    assert tin.error_rad(TRUE.rotation, TRUE.rotation @ about @ lean) == pytest.approx(0.1)
+    sides, bodies = ball_solid(0.05, Pose.identity())
+    ball = SameLooks.of(ObjectModel("ball", (Component("ball", sides, required=True, bodies=bodies),)))
+    assert ball.error_rad(TRUE.rotation, TRUE.rotation @ about @ lean) == pytest.approx(0, abs=0.05)
 
 
 def test_other_errors_are_no_such_turns():
-    assert not list(turned_alike([outcome((0, 0, 1.5)), outcome((0.3, 0, 0))], {"crate": CRATE}))
-    assert not list(turned_alike([outcome((np.pi, 0, 0))], {}))
+    others = [outcome((0, 0, 1.5)), outcome((0.3, 0, 0))]
+    assert [o.rotation_error_rad for _, o in others] == pytest.approx([1.5, 0.3])
+    assert not list(turned_alike(others))
+    plain = [(name, replace(o, looks=AS_IT_IS)) for name, o in [outcome((np.pi, 0, 0))]]
+    assert plain[0][1].rotation_error_rad == pytest.approx(np.pi)
+    assert not list(turned_alike(plain))

@@ -9,7 +9,7 @@ import numpy as np
 from ...core.geometry.transforms import Pose
 from ...core.model.found import Detection
 from ...io.truth.records import TrueObject
-from .same_looks import AS_IT_IS, SameLooks
+from .same_looks import AS_IT_IS, FAR_RAD, SameLooks
 
 
 @dataclass(frozen=True)
@@ -85,6 +85,12 @@ class Outcome:
     def turn_told_rad(self) -> float | None:
         """From the true one itself."""
         return self._rotation_error_rad(AS_IT_IS)
+
+    @property
+    def turned_alike(self) -> bool:
+        """Whether it is told in another turn in which it looks the same."""
+        told, least = self.turn_told_rad, self.rotation_error_rad
+        return told is not None and least is not None and told > FAR_RAD and least < told / 2
 
     def _rotation_error_rad(self, looks: SameLooks) -> float | None:
         if self._found_pose is None or self.truth.pose is None:

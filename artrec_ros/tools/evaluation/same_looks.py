@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from .outcomes import Outcome
 
 _LEAST_SHARE = 0.05  # of rotations: what is rarer is not worth a line
-_FAR_RAD = np.radians(15.0)  # an error that is less is none of another turn
+FAR_RAD = np.radians(15.0)  # an error that is less is none of another turn
 _PARALLEL = 0.99  # cosine
 
 
@@ -55,16 +55,12 @@ AS_IT_IS = SameLooks(np.eye(3)[None], np.zeros((0, 3)))
 def turned_alike(outcomes: Sequence[tuple[str, Outcome]]) -> Iterator[str]:
     """A line for each object of which many rotations are off so. :param outcomes: object name and outcome."""
     for name in dict.fromkeys(name for name, _ in outcomes):
-        pairs = [
-            (o.turn_told_rad, o.rotation_error_rad)
-            for n, o in outcomes
-            if n == name and o.turn_told_rad is not None and o.rotation_error_rad is not None
-        ]
-        off, least = np.array(pairs, float).reshape(-1, 2).T
-        alike = (off > _FAR_RAD) & (least < off / 2)
-        if len(off) and alike.mean() > _LEAST_SHARE:
+        mine = [o for n, o in outcomes if n == name and o.turn_told_rad is not None]
+        alike = sum(o.turned_alike for o in mine)
+        if alike > _LEAST_SHARE * len(mine):
+            off = [o.turn_told_rad or 0.0 for o in mine]
             yield (
-                f"'{name}' looks the same after some turns (artrec model says which): {alike.sum()} of {len(off)} "
+                f"'{name}' looks the same after some turns (artrec model says which): {alike} of {len(off)} "
                 f"rotations are off by such a one, which no picture tells; rotation errors are those from the nearest "
                 f"(from the truth as it is: {np.degrees(np.median(off)):.2f} deg in the median), joints count as told"
             )

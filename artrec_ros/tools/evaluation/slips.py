@@ -36,8 +36,9 @@ def slips(outcomes: Sequence[tuple[str, Outcome]], sliding: Mapping[str, frozens
     for name in dict.fromkeys(name for name, _ in outcomes):
         met = [o for n, o in outcomes if n == name and o.recognised]
         yield from _of_poses(name, met)
-        for joint in dict.fromkeys(j for o in met for j in o.joint_errors):
-            pairs = [(o.detection.joints, o.truth.joints) for o in met if o.detection and joint in o.joint_errors]
+        as_true = [o for o in met if not o.turned_alike]  # others may have joints bent the other way
+        for joint in dict.fromkeys(j for o in as_true for j in o.joint_errors):
+            pairs = [(o.detection.joints, o.truth.joints) for o in as_true if o.detection and joint in o.joint_errors]
             told, true = np.array([(found[joint], known[joint]) for found, known in pairs]).T
             slides = joint in sliding.get(name, ())
             off = np.asarray if slides else wrap_angle

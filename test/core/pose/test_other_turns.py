@@ -25,6 +25,7 @@ from solids import (
     turn_between,
 )
 
+from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.codes import UNKNOWN
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -95,7 +96,7 @@ def _marker_turn(finder):
 def test_what_does_not_stand_on_a_known_floor_is_none():
     finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
     floor = SimpleNamespace(standing=lambda R, t, slack: np.zeros(len(R), bool))
-    assert likelier_turns(finder, replace(frame, scene=SimpleNamespace(floor=floor)), at)[1] == [None]
+    assert likelier_turns(finder, replace(frame, scene=Scene(floor=floor)), at)[1] == [None]
 
 
 def test_a_turn_elsewhere_is_none():

@@ -12,6 +12,7 @@ from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
 from artrec_ros.io.truth.records import TrueObject
 from artrec_ros.tools.evaluation.outcomes import Outcome
 from artrec_ros.tools.evaluation.same_looks import AS_IT_IS, SameLooks, turned_alike
+from artrec_ros.tools.evaluation.slips import slips
 
 BOX = Box(Pose.identity(), np.array([0.2, 0.1, 0.05]))
 CRATE = ObjectModel("crate", (Component("crate", box_solid(BOX)[0], required=True, bodies=(BOX,)),))
@@ -52,3 +53,14 @@ def test_other_errors_are_no_such_turns():
     plain = [(name, replace(o, looks=AS_IT_IS)) for name, o in [outcome((np.pi, 0, 0))]]
     assert plain[0][1].rotation_error_rad == pytest.approx(np.pi)
     assert not list(turned_alike(plain))
+
+
+def test_joints_that_such_a_turn_bends_the_other_way_are_no_slip_of_the_truth():
+    told = []
+    for q in (0.3, 0.5, -0.4, 0.7):
+        name, one = outcome((0, 0, np.pi))
+        assert one.turned_alike and one.detection is not None
+        true, found = replace(one.truth, joints={"arm": q}), replace(one.detection, joints={"arm": -q})
+        told.append((name, replace(one, truth=true, detection=found)))
+    assert not list(slips(told, {}))
+    assert list(slips([(name, replace(o, looks=AS_IT_IS)) for name, o in told], {}))

@@ -77,6 +77,8 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
+        anew = {id(verdict): again for verdict, again in zip(verdicts, rest.verdicts, strict=True)}
+        among = [anew.get(id(v), v) for v in among]
         rest = rest.of(first)
         poses, verdicts = rest.poses, rest.verdicts
         parts_of = self._parts(verdicts, poses, frame)

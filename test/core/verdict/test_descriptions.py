@@ -201,12 +201,14 @@ def test_components_are_told_where_the_told_pose_has_them(monkeypatch):
     """A turn that is likelier by all the rest may lay one of them on nothing."""
     model, one = truck(), (-0.05, 0, 0.8, 0.2)
     describer, verdicts, frame = scene(model, pose(*one, model=model))
-    (found,) = describer.describe(verdicts, frame)
+    (found,) = describer.describe(verdicts, frame, verdicts)
     assert {c.component for c in found.components} == {"torso", "fore", "hind"}
     rested_at(monkeypatch, pose(*one, model=model, joints={"hind": 0.7}))
-    (turned,) = describer.describe(verdicts, frame)
+    (turned,) = describer.describe(verdicts, frame, verdicts)
     assert {c.component for c in turned.components} == {"torso", "fore"}
     assert {m.component for m in turned.missing} == {"hind"}
+    fore, same = (next(c for c in one.components if c.component == "fore") for one in (found, turned))
+    assert (same.x, same.y) == pytest.approx((fore.x, fore.y), abs=0.2)  # it does not hide itself
 
 
 def test_what_would_be_no_object_there_is_told_as_it_was_found(monkeypatch):

@@ -4,19 +4,22 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from settings import DEFAULTS
+from settings import DEFAULTS, settings
 from solids import BLUE, CAB, RED, camera_of, frames_of, pose, rectangle, render, sign, truck
 from squares import Placing, hinge, patch, rendered
 
+from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.codes import OUTSIDE
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import resting as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict import at_rest as resting
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
@@ -207,8 +210,20 @@ def test_components_are_told_where_the_told_pose_has_them(monkeypatch):
     (turned,) = describer.describe(verdicts, frame, verdicts)
     assert {c.component for c in turned.components} == {"torso", "fore"}
     assert {m.component for m in turned.missing} == {"hind"}
-    fore, same = (next(c for c in one.components if c.component == "fore") for one in (found, turned))
-    assert (same.x, same.y) == pytest.approx((fore.x, fore.y), abs=0.5)  # it does not hide itself
+
+
+def test_what_is_judged_anew_does_not_hide_itself(monkeypatch):
+    """Its pixels are owned by what it was found as."""
+    model, at = truck(), (-0.05, 0, 0.8, 0.2)
+    engine = Recognizer((Target("truck", model, RED),), settings(time_budget_ms=60000.0), Segmenter(ImageConfig()))
+    rested_at(monkeypatch, pose(-0.05, 0, 0.84, 0.2, model=model))  # behind where it is found
+    labels = render(CAMERA, [(model, pose(*at, model=model), RED)])
+    (behind,) = engine.recognize(labels, CAMERA).detections
+    assert behind.pose.position[2] == pytest.approx(0.84)
+    monkeypatch.undo()
+    (found,) = engine.recognize(labels, CAMERA).detections
+    for one, same in zip(found.components, behind.components, strict=True):
+        assert np.hypot(same.x - one.x, same.y - one.y) < 5, one.component
 
 
 def test_what_would_be_no_object_there_is_told_as_it_was_found(monkeypatch):

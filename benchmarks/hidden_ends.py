@@ -24,7 +24,7 @@ from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_rests
-from artrec_ros.core.pose.other_turns import Evidence, evidence, turn_odds
+from artrec_ros.core.pose.turn_evidence import Evidence, evidence, turn_odds
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer

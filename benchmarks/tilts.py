@@ -26,8 +26,8 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_turns
-from artrec_ros.core.pose.other_turns import Evidence
 from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.turn_evidence import Evidence, evidence
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.solids import box_solid, cylinder_solid
 from artrec_ros.simulation.simulator import SimulatedFrame
@@ -46,7 +46,7 @@ class TiltRecorder:
     def _rivals(self, finder: Any, frame: Any, poses: Poses) -> Any:
         found = self._plain(finder, frame, poses)
         if len(found.of):
-            speaks = other_turns.evidence(finder, frame, poses[found.of], found.poses)
+            speaks = evidence(finder, frame, poses[found.of], found.poses)
             for n, h in enumerate(found.of.tolist()):
                 both = poses[h : h + 1], found.poses[n : n + 1]
                 self.rows.append((finder.tilts, *both, float(speaks.votes[n]), float(speaks.contours[n])))

@@ -41,7 +41,7 @@ from artrec_ros.core.geometry.transforms import Array, Pose, rotvec_from_rotatio
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import other_bends, other_turns
+from artrec_ros.core.pose import other_bends, turn_evidence
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.turns import combined
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
@@ -69,21 +69,21 @@ class Recorder:
     def __init__(self, near_rad: float = NEAR_RAD, near_share: float = NEAR_SHARE) -> None:
         """:param near_rad, near_share: of the truth is right; turn, and place as a share of the range."""
         self._near = near_rad, near_share
-        self._plain, self.rows = other_turns.evidence, list[tuple[str, Pose, Pose, float, float]]()
-        vars(other_turns)["evidence"] = self._evidence
+        self._plain, self.rows = turn_evidence.evidence, list[tuple[str, Pose, Pose, float, float]]()
+        vars(turn_evidence)["evidence"] = self._evidence
         self._plain_bends, self.bends = other_bends.bend_evidence, list[tuple[str, Pose, str, float, float, Any]]()
         vars(other_bends)["bend_evidence"] = self._bend_evidence
 
     def _evidence(
         self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None
-    ) -> other_turns.Evidence:
+    ) -> turn_evidence.Evidence:
         found, name = self._plain(finder, frame, poses, mirrored, component), finder.target.name
         for n in range(len(poses) if component is None else 0):  # weights are of all that is known
             both = (Pose(p.R[n], p.t[n]) for p in (poses, mirrored))
             self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
         return found
 
-    def _bend_evidence(self, finder: Any, frame: Any, poses: Any, bends: other_bends.Bends) -> other_turns.Evidence:
+    def _bend_evidence(self, finder: Any, frame: Any, poses: Any, bends: other_bends.Bends) -> turn_evidence.Evidence:
         found, names = self._plain_bends(finder, frame, poses, bends), finder.target.model.joint_names
         for n, (h, j) in enumerate(zip(bends.of.tolist(), bends.joint.tolist(), strict=True)):
             of, both = Pose(poses.R[h], poses.t[h]), (float(poses.q[h, j]), float(bends.q[n]))
@@ -194,7 +194,7 @@ def fitted(rows: Array) -> NDArray[np.float64]:
     wrong, votes, contours = rows[:, 1] > 0, rows[:, 2], rows[:, 3]
 
     def loss(weights: Array) -> float:
-        odds = other_turns.Evidence(votes, contours).log_odds(weights)
+        odds = turn_evidence.Evidence(votes, contours).log_odds(weights)
         return float(np.logaddexp(0, np.where(wrong, -odds, odds)).mean() + 1e-4 * weights @ weights)
 
     return np.asarray(minimize(loss, np.zeros(3)).x)
@@ -202,7 +202,7 @@ def fitted(rows: Array) -> NDArray[np.float64]:
 
 def report(title: str, rows: Array, weights: Array) -> None:
     """How often the likelier turn is the right one, and whether its probability holds."""
-    wrong, odds = rows[:, 1] > 0, other_turns.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
+    wrong, odds = rows[:, 1] > 0, turn_evidence.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
     loss = np.logaddexp(0, np.where(wrong, -odds, odds)).mean()
     right, sure = (odds > 0) == wrong, 1 / (1 + np.exp(-np.abs(odds)))
     shares = f"right by votes {1 - wrong.mean():.3f}, now {right.mean():.3f}"
@@ -215,7 +215,7 @@ def report(title: str, rows: Array, weights: Array) -> None:
 
 def over_time(rows: Array, weights: Array, correlation: float, memory_s: float) -> tuple[float, float, float]:
     """Log-loss, share right and share right of those told above .9 of turns in videos, by all frames up to each."""
-    odds = other_turns.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
+    odds = turn_evidence.Evidence(rows[:, 2], rows[:, 3]).log_odds(weights)
     for_truth = np.clip(np.where(rows[:, 1] > 0, odds, -odds), -3, 3)
     told = np.zeros(len(rows))
     for world in np.unique(rows[:, 0]):

@@ -31,7 +31,7 @@ class LeftOverLooks:
     def __init__(self, finders: Sequence[WholeObjectFinder], climb: Climb) -> None:
         self._climb, self._most = climb, min((f.config.middles.looks for f in finders), default=0)
         self._of = {finder: LeftOvers(finder) for finder in finders}
-        self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.balls}
+        self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.sides.balls}
 
     def candidates(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
@@ -107,7 +107,7 @@ class LeftOverLooks:
         lost = list(left.blobs)
         for some in [lost] + [[c] for c in lost] * (len(lost) > 1):
             more = [finder.surface.markers_of[c][0] for c in some]
-            own = np.sqrt(np.array([left.blobs[c].area_px for c in some]) / finder.surface.blobs[1][more])
+            own = np.sqrt(np.array([left.blobs[c].area_px for c in some]) / finder.surface.sides.blobs[1][more])
             yield Middles(
                 np.array([*shown, *more], np.int64),
                 np.concatenate([at, centres([left.blobs[c] for c in some])]),

@@ -86,7 +86,7 @@ def test_links_lean_to_the_side_that_the_size_of_their_balls_tells(n):
 def test_blobs_speak_of_the_balls_on_them_alone():
     model, true = arm(), somewhere(38)
     surface = SpatialModel(model, RED, settings().votes)
-    assert surface.balls == {0, 1, 2, 3}
+    assert surface.sides.balls == {0, 1, 2, 3}
     labels = render(CAMERA, [(model, true, RED)])
     blobs, shown = find_blobs(labels, [RED, BLUE, BODY, HAND], settings()), [of[0] for of in surface.markers_of]
     balls = BallBlobs(surface)

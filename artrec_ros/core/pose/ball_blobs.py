@@ -34,14 +34,14 @@ class BallBlobs:
 
         :param pose: one. :param shown: markers by which components are seen: patches of the surface.
         """
-        surface, middle, area = self._surface, *self._surface.blobs
+        surface, middle, area = self._surface, *self._surface.sides.blobs
         frames, patches = self._kin.forward(pose.R, pose.t, pose.q), np.array(shown, np.int64)
         places = surface.place(frames, middle[patches], surface.component[patches])[0]
         at, scale = project(camera, places), camera.focal_px / np.maximum(places[:, 2], LEAST_DEPTH_M)
         agrees = True
         for n, p in enumerate(shown):
             c = surface.component[p]
-            blob = _beneath(at[n], surface.labels[c], blobs) if c in surface.balls else None
+            blob = _beneath(at[n], surface.labels[c], blobs) if c in surface.sides.balls else None
             if blob is None:
                 continue
             there, own = centres([blob])[0], float(np.sqrt(blob.area_px / area[p]))

@@ -75,7 +75,7 @@ def pose_covariances(
     :param use: (H, M) bool: the markers of `model.markers` that each was fitted to.
     :param facing: poses turn about the optical axis alone.
     """
-    known, use = deviations_without_image(model, poses, config), model.with_sides(use)
+    known, use = deviations_without_image(model, poses, config), model.sides.with_all(use)
     found = sources(model, frame, poses, use, known, config)
     first = found.covariance(config.covariance)
     covariance = found.covariance(

@@ -106,7 +106,7 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
 
 def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
     """As of `_placements`; each turn of the object once. Of a ball, which looks the same in any, there are none."""
-    if surface.root in surface.balls:
+    if surface.root in surface.sides.balls:
         return []
     out: dict[tuple[float, ...], Pose] = {}
     for m in (m for m in _placed_markers(surface) if m.component == surface.root):

@@ -19,8 +19,8 @@ from ..image.image_frame import ImageFrame
 from .alternatives import Reading
 from .exchanges import Placements
 from .finder import WholeObjectFinder
-from .other_turns import turn_odds
 from .surface_model import Poses
+from .turn_evidence import turn_odds
 
 
 @dataclass(frozen=True, eq=False)

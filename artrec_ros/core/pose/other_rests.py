@@ -17,8 +17,9 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .distinct import is_near
 from .finder import WholeObjectFinder
-from .other_turns import other_of, turn_odds, weighed
+from .other_turns import other_of
 from .surface_model import PatchScores, Poses
+from .turn_evidence import turn_odds, weighed
 
 _LEAST_OTHERS = 2  # markers that tell where an object is without one
 

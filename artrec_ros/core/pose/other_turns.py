@@ -1,13 +1,12 @@
 """Which of two turns told poses have that look almost the same, and how probable the other one is.
 
 A flat marker that is slanted looks almost as it does slanted the other way: only perspective tells, and of a small or
-distant marker little. Other components in other planes tell, and so do bodies. Two things bear out either turn, once
-both are at rest: votes, which count pixels of whole objects, and how near to contours edges lie, and whether there are
-any, which is finer, most of all in colour images. Neither suffices; together they tell how probable each turn is, as
-fitted on random objects (`benchmarks/turns.py`).
+distant marker little. Other components in other planes tell, and so do bodies. Both turns are brought to rest, and
+compared (turn_evidence.py).
 
 Half a turn of a box, or what else lays the required component's markers onto themselves, leaves most as it was, too:
-joints reach where they did. There a component tells that is borne out under one of both alone.
+joints reach where they did. There a component tells that is borne out under one of both alone. A solid of one class
+covers almost the same pixels tilted where it is (tilts.py); its outline tells.
 """
 
 from __future__ import annotations
@@ -24,30 +23,13 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .distinct import best_distinct
 from .finder import WholeObjectFinder
-from .pose_fit import but_for_common
 from .surface_model import Poses
+from .turn_evidence import evidence, turn_odds, weighed
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
 _WORTH_FIT = 0.5  # the same before that fit
 ANY_DEPTH = 0.0, np.inf
 _TILTS = 3  # of a pose that come to rest
-_EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
-_SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
-
-
-class Evidence(NamedTuple):
-    """What speaks for the mirrored turns of H poses, against these.
-
-    :ivar votes: (H,) logarithm of their share of the votes.
-    :ivar contours: (H,) signed root of the logarithm of the likelihoods' ratio of the contours that both show.
-    """
-
-    votes: Array
-    contours: Array
-
-    def log_odds(self, weights: Sequence[float]) -> Array:
-        """(H,) of the mirrored turns. :param weights: without evidence, of votes, of contours."""
-        return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours, np.float64)
 
 
 def likelier_turns(
@@ -102,18 +84,6 @@ def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) ->
     config, in_colour = finder.config.verdict, finder.rest.tells_colour_edges(frame)
     found = evidence(finder, frame, poses[of], tilted)
     return Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
-
-
-def turn_odds(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses, component: int | None = None
-) -> Array:
-    """(H,) log odds that another pose is the true one, for each of H poses at rest.
-
-    :param component: by what one component shows alone; None: by all that is known.
-    """
-    config = finder.config.verdict
-    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    return evidence(finder, frame, poses, others, component).log_odds(weights)
 
 
 def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float) -> OtherTurn | None:
@@ -201,80 +171,3 @@ def _more_borne_out(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, 
     each = np.arange(len(finder.target.model.components))[:, None] == component  # (C, M)
     there, here = (finder.voter.supports(frame, some) @ each.T > 0 for some in (rivals, poses))
     return there.sum(axis=1) - here.sum(axis=1)
-
-
-def evidence(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses, component: int | None = None
-) -> Evidence:
-    """Of poses, and the mirrored turn of each. :param component: as of `turn_odds`."""
-    h, both, surface = len(poses), Poses.concatenate([poses, mirrored]), finder.surface
-    scores = finder.voter.judge(frame, both, occlusion=True)
-    votes, used = finder.voter.total(scores).reshape(2, h), finder.voter.supported(scores).reshape(2, h, -1)
-    differ = np.ones_like(used[0])
-    if component is not None:
-        votes = scores.votes[:, surface.component == component].sum(axis=1).reshape(2, h)
-        differ &= surface.component[surface.markers] == component
-    return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, differ)
-
-
-def weighed(log_odds: Array, least: float | Array) -> tuple[NDArray[np.bool_], Array]:
-    """(N,) whether other turns or bends are told in place of those found, and how probable is what is not told.
-
-    :param least: log odds from which on they are.
-    """
-    turned = log_odds > least
-    return turned, 1 / (1 + np.exp(np.where(turned, log_odds, np.maximum(-log_odds, 0.0))))
-
-
-def share_of_votes(votes: Array, told: Array) -> Array:
-    """(H,) of the votes that are told, as far as it tells something."""
-    return np.clip(votes / np.maximum(told, 1e-9), *_SHARES)
-
-
-def contour_evidence(
-    finder: WholeObjectFinder,
-    frame: ImageFrame,
-    both: Poses,
-    share: Array,
-    used: NDArray[np.bool_],
-    differ: NDArray[np.bool_],
-) -> Evidence:
-    """Of H poses and another one for each, behind them. :param share: (H,) of the votes. :param used: (2, H, M)
-    markers that the labels support. :param differ: (H, M) markers that are not in one place under both."""
-    h, used = len(share), finder.surface.with_sides(used)
-    scatter, points = (
-        values.reshape(2, h)
-        for values in _scatters(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))
-    )
-    ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
-    # who rests on fewer markers fits these better without being right: that does not count for it
-    lacks = np.asarray((used[:, None] & ~used & differ).any(axis=-1))
-    alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
-    ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
-    ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
-    return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
-
-
-def _scatters(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_], of: NDArray[np.bool_]
-) -> tuple[Array, Array]:
-    """(H,) logarithm of the mean square of the distances of contours from edges, in pixels, but for what all have in
-    common; and of how many points: neighbours nearer than a pixel see the same.
-
-    Points that should lie on an edge and lie on none are as unlikely as if all edges lay about as far off as they are
-    looked for. They count by themselves: in one mean with the others a few of them would be all it tells.
-
-    :param use, of: (H, M) markers that tell what they have in common, and those of them whose distances count.
-    """
-    if not use.any():
-        return np.zeros(len(poses)), np.zeros(len(poses))
-    fit, residual, weight = finder.rest.edges(frame, poses, use)
-    alone = np.minimum(1.0, fit.spacing_px)[..., None]
-    weight, counts = weight * alone, of[:, use.any(axis=0)][..., None] * alone
-    lost = (counts * finder.rest.lost(frame, poses, use, fit)).sum(axis=(1, 2))
-    off, weight = but_for_common(residual, weight), np.where(counts > 0, weight, 0.0)
-    seen, total = (counts * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)
-    about_edges = np.log((weight * off**2).sum(axis=(1, 2)) / total + _EXACT_PX**2)
-    points = seen + lost
-    share = lost / np.maximum(points, 1e-9)
-    return (1 - share) * about_edges + share * np.log(finder.rest.reach_px(frame) ** 2), points

@@ -17,9 +17,10 @@ from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
-from .other_turns import ANY_DEPTH, other_of, turn_odds, weighed
+from .other_turns import ANY_DEPTH, other_of
 from .surface_model import Poses
 from .through_middles import Middles
+from .turn_evidence import turn_odds, weighed
 
 LEAST_BEND = 0.1  # radians, or units of what slides: ways that are nearer to each other are one
 

@@ -37,7 +37,7 @@ class Resting:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up.
         None leaves the scene's floor."""
-        both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.with_sides(used), last=True)])
+        both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.sides.with_all(used), last=True)])
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)
         had, has = self._voter.supported(scores).reshape(2, *used.shape)
@@ -59,7 +59,7 @@ class Resting:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         if frame.image is None:
             return poses
-        both = Poses.concatenate([poses, self._to_colours.fitted(frame, poses, self._surface.with_sides(used))])
+        both = Poses.concatenate([poses, self._to_colours.fitted(frame, poses, self._surface.sides.with_all(used))])
         return both[np.arange(len(poses)) + len(poses) * ~self._left_floor(frame, both)]
 
     def tells_colour_edges(self, frame: ImageFrame) -> bool:
@@ -86,7 +86,7 @@ class Resting:
         :param fit: what `edges` says of them.
         """
         which = np.flatnonzero(used.any(axis=0))
-        expected = (self._surface.shown_contour(poses, used) & self._surface.ends(poses, frame.camera))[:, which]
+        expected = (self._surface.shown_contour(poses, used) & self._surface.sides.ends(poses, frame.camera))[:, which]
         shown = would_show(frame.field, fit.point, fit.normal, self.reach_px(frame), self._config.fit.border_px)
         return expected & shown & ~(fit.weight > 0)
 

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..base.jit import LANES
-from ..geometry.camera import Camera
 from ..geometry.transforms import Array, rows_of
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
@@ -20,12 +19,13 @@ from ..image.label_field import LabelField
 from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
-from ..model.solids import ball_centres, convex_solids, middle_of
+from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
-from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX, Surface, SurfaceLimits
+from .sides import Sides
+from .surface_kernels import Surface, SurfaceLimits
 from .vote_kernels import score_patches
 from .votes import VoteRoles
 
@@ -248,23 +248,9 @@ class SpatialModel:
         return convex_solids(self.patches)
 
     @cached_property
-    def balls(self) -> frozenset[int]:
-        """Components of which no picture tells how they are turned: see `ball_centres`."""
-        return frozenset(ball_centres(self.patches))
-
-    @cached_property
-    def blobs(self) -> tuple[Array, Array]:
-        """What a blob's middle and area tell of the component that a marker shows: (P, 3) that place in its frame and
-        (P,) m^2; of patches that are no markers nothing. Of a solid's sides they tell the whole solid's: what convex
-        bodies cover is a fourth of their surface in the mean over all directions (Cauchy)."""
-        middle, area = np.zeros((len(self.patches), 3)), self.area.copy()
-        for c, markers in enumerate(self.markers_of):
-            sides = [self.patches[p] for p in markers]
-            whole = c in self.solids
-            for p in markers:
-                middle[p] = middle_of(sides) if whole else self.patches[p].drawn[0]
-                area[p] = sum(self.area[k] for k in markers) / 4 if whole else self.area[p]
-        return middle, area
+    def sides(self) -> Sides:
+        """What its sides are together."""
+        return Sides(self)
 
     @cached_property
     def meeting(self) -> NDArray[np.int64]:
@@ -308,36 +294,6 @@ class SpatialModel:
         used = np.ascontiguousarray(use)
         shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)
         return out
-
-    def ends(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
-        """(H, M, m) contour points beyond which there is no other marker of the object; where sides of one class meet,
-        none that is in view."""
-        if (self.meeting < 0).all():
-            return self.open_contour
-        seen = self.in_view(poses, camera)
-        return self.open_contour | ((self.meeting >= 0) & seen[..., None] & ~seen[:, self.meeting])
-
-    @cached_property
-    def _one_outline(self) -> NDArray[np.bool_]:
-        """(M, M) which markers are sides of one solid."""
-        of = self.component[self.markers]
-        return (of[:, None] == of) & np.isin(of, sorted(self.solids))
-
-    def with_sides(self, use: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """(..., M) markers in use, and all others of the solids of which some are: their outline is one, whichever of
-        them the labels bear out."""
-        return np.asarray(use | (use @ self._one_outline)) if self.solids else use
-
-    def in_view(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
-        """(H, M) which markers are turned to the camera and end a pixel or more from where they begin."""
-        frames = self.kinematics.forward(poses.R, poses.t, poses.q)
-        sides = [self.patches[p] for p in self.markers]
-        normals, middles = np.array([p.normal for p in sides]), np.array([p.drawn[0] for p in sides])
-        R, t = frames.R[:, self.component[self.markers]], frames.t[:, self.component[self.markers]]
-        sight = (R @ middles[..., None])[..., 0] + t
-        cosine = -((R @ normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)
-        size_px = camera.focal_px * np.sqrt([p.area for p in sides]) / np.maximum(sight[..., 2], LEAST_DEPTH_M)
-        return np.asarray(cosine * size_px > LEAST_STRIP_PX)
 
     def score(
         self,

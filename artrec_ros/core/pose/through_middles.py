@@ -45,7 +45,7 @@ class ThroughMiddles:
         self._free = np.ones(6 + self._kin.n_joints, bool)
         self._free[3:5] = not facing
         self._facing = facing
-        self._middle, self._area = surface.blobs
+        self._middle, self._area = surface.sides.blobs
 
     def of(self, camera: Camera, pose: Poses, middles: Middles) -> Poses:
         """A few poses, the best first. :param pose: one, near which the object is."""
@@ -95,7 +95,7 @@ class ThroughMiddles:
         n, kin = self._config.starts, self._kin
         even = spread(n, 3 + kin.n_joints)
         q = np.ascontiguousarray(kin.lower + (kin.upper - kin.lower) * even[:, 3:])
-        if self._surface.root in self._surface.balls:
+        if self._surface.root in self._surface.sides.balls:
             return Poses(_all_turns(even[:, :3]), np.tile(pose.t[0], (n, 1)), q)
         about = rotation_from_rotvec(2 * np.pi * even[:, :1] * [0.0, 0.0, 1.0])
         if not self._facing:

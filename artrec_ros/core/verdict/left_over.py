@@ -66,9 +66,9 @@ class LeftOvers:
         self._config, self._kin = finder.config, surface.kinematics
         markers = [surface.patches[p].marker for p in surface.markers]
         self._of = surface.component[surface.markers]
-        self._middle, self._area = (values[surface.markers] for values in surface.blobs)
+        self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
         self._round = np.array([m is not None and m.disc_radius is not None for m in markers])
-        self._round |= np.isin(self._of, sorted(surface.balls))
+        self._round |= np.isin(self._of, sorted(surface.sides.balls))
         self._reach = _reach(self._kin, self._middle, self._of)
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]

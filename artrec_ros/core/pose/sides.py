@@ -1,0 +1,74 @@
+"""What the sides of a solid are together: one outline, and one blob."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.camera import Camera
+from ..geometry.transforms import Array
+from ..model.solids import ball_centres, middle_of
+from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX
+
+if TYPE_CHECKING:
+    from .surface_model import Poses, SpatialModel
+
+
+class Sides:
+    """Those of one surface's solids; what is none is asked the same, and is itself."""
+
+    def __init__(self, surface: SpatialModel) -> None:
+        self._surface = surface
+        self._patches = [surface.patches[p] for p in surface.markers]
+        self._of = surface.component[surface.markers]  # (M,)
+
+    @cached_property
+    def balls(self) -> frozenset[int]:
+        """Components of which no picture tells how they are turned: see `ball_centres`."""
+        return frozenset(ball_centres(self._surface.patches))
+
+    @cached_property
+    def blobs(self) -> tuple[Array, Array]:
+        """What a blob's middle and area tell of the component that a marker shows: (P, 3) that place in its frame and
+        (P,) m^2; of patches that are no markers nothing. Of a solid's sides they tell the whole solid's: what convex
+        bodies cover is a fourth of their surface in the mean over all directions (Cauchy)."""
+        surface = self._surface
+        middle, area = np.zeros((len(surface.patches), 3)), surface.area.copy()
+        for c, markers in enumerate(surface.markers_of):
+            sides, whole = [surface.patches[p] for p in markers], c in surface.solids
+            for p in markers:
+                middle[p] = middle_of(sides) if whole else surface.patches[p].drawn[0]
+                area[p] = sum(surface.area[k] for k in markers) / 4 if whole else surface.area[p]
+        return middle, area
+
+    def with_all(self, use: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(..., M) markers in use, and all others of the solids of which some are: their outline is one, whichever of
+        them the labels bear out."""
+        return np.asarray(use | (use @ self._one_outline)) if self._surface.solids else use
+
+    def ends(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
+        """(H, M, m) contour points beyond which there is no other marker of the object; where sides of one class meet,
+        none that is in view."""
+        open_contour, meeting = self._surface.open_contour, self._surface.meeting
+        if (meeting < 0).all():
+            return open_contour
+        seen = self.in_view(poses, camera)
+        return np.asarray(open_contour | ((meeting >= 0) & seen[..., None] & ~seen[:, meeting]))
+
+    def in_view(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
+        """(H, M) which markers are turned to the camera and end a pixel or more from where they begin."""
+        frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        normals, middles = np.array([p.normal for p in self._patches]), np.array([p.drawn[0] for p in self._patches])
+        R, t = frames.R[:, self._of], frames.t[:, self._of]
+        sight = (R @ middles[..., None])[..., 0] + t
+        cosine = -((R @ normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)
+        size_px = camera.focal_px * np.sqrt([p.area for p in self._patches]) / np.maximum(sight[..., 2], LEAST_DEPTH_M)
+        return np.asarray(cosine * size_px > LEAST_STRIP_PX)
+
+    @cached_property
+    def _one_outline(self) -> NDArray[np.bool_]:
+        """(M, M) which markers are sides of one solid."""
+        return (self._of[:, None] == self._of) & np.isin(self._of, sorted(self._surface.solids))

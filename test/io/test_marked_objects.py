@@ -234,3 +234,18 @@ def test_a_ball_is_marked_by_its_centre_and_its_edge(tmp_path: Path) -> None:
     path.write_text(json.dumps(content))
     with pytest.raises(ConfigError, match="'base.centre' .* is no component/marker"):
         load_marked_objects([path], [target], NAMES)
+
+
+def test_the_box_of_an_object_whose_balls_are_marked_is_background(tmp_path: Path) -> None:
+    """Their sides' axes nobody marks."""
+    parts = "components: {one: {required: true, label: 2, ball: {radius: 1}}, knob: {label: 3, ball: {radius: 0.3}}}"
+    (tmp_path / "robot.yaml").write_text(f"format: artrec_object/1\nname: robot\n{parts}\n")
+    target = Target("robot", load_object(tmp_path / "robot.yaml", {}), 1)
+    marked = {"bbox": [5, 5, 45, 30], "keypoints": [30, 20, 2, 33, 24, 2, 12, 12, 2, 15, 12, 2]}
+    for points, ignored in ((marked["keypoints"], 0), ([*marked["keypoints"][:9], 0, 0, 0], 1)):
+        path = coco(tmp_path, {**marked, "keypoints": points}, categories=("robot",))
+        content = json.loads(path.read_text())
+        content["categories"][0]["keypoints"] = ["knob.centre", "knob.edge", "one.centre", "one.edge"]
+        path.write_text(json.dumps(content))
+        (image,) = load_marked_objects([path], [target], NAMES)
+        assert len(image.ignored) == ignored

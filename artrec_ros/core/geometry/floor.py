@@ -37,13 +37,19 @@ class Floor:
         """(n,) by how much the z axes of rotations (n, 3, 3) lean."""
         return np.asarray(np.degrees(np.arccos(np.clip(R[:, :, 2] @ self.up, -1, 1))), np.float64)
 
-    def standing(self, R: Array, t: Array, slack: float = 1.0) -> np.ndarray:
-        """(n,) bool: which poses stand on it, limits being so many times what they are: of guesses that may be taken
-        more, of leaning `_GUESS_DEG` at least."""
+    def standing(self, R: Array, t: Array) -> np.ndarray:
+        """(n,) bool: which poses stand on it."""
+        return self._within(R, t, self.config.height_tolerance_m, self.config.max_tilt_deg)
+
+    def may_stand(self, R: Array, t: Array, slack: float) -> np.ndarray:
+        """(n,) bool: which guesses may come to stand on it, limits being so many times what they are, of leaning
+        `_GUESS_DEG` at least."""
+        most_deg = max(slack * self.config.max_tilt_deg, _GUESS_DEG)
+        return self._within(R, t, slack * self.config.height_tolerance_m, most_deg)
+
+    def _within(self, R: Array, t: Array, most_m: float, most_deg: float) -> np.ndarray:
         off = np.abs(self.heights(t) - self.config.object_height_m)
-        near = off <= slack * self.config.height_tolerance_m
-        most = self.config.max_tilt_deg if slack <= 1 else max(slack * self.config.max_tilt_deg, _GUESS_DEG)
-        return np.asarray(near & (self.tilts_deg(R) <= most))
+        return np.asarray((off <= most_m) & (self.tilts_deg(R) <= most_deg))
 
     def turns_upright(self, R: Array) -> Array:
         """(n, 3, 3) the least turns, in the camera, after which rotations (n, 3, 3) lean no more than they may."""

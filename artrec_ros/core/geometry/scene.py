@@ -64,9 +64,13 @@ class Scene:
         tolerance = 1 + self.plane.config.scale_tolerance
         return np.asarray(self.plane.scales(pixels)[:, None] * (1 / tolerance, tolerance), np.float64)
 
-    def stand(self, R: Array, t: Array, slack: float = 1.0) -> np.ndarray:
+    def stand(self, R: Array, t: Array) -> np.ndarray:
         """(n,) bool: which poses of objects in space stand on the floor: `Floor.standing`; all where none is known."""
-        return np.ones(len(t), bool) if self.floor is None else self.floor.standing(R, t, slack)
+        return np.ones(len(t), bool) if self.floor is None else self.floor.standing(R, t)
+
+    def may_stand(self, R: Array, t: Array, slack: float) -> np.ndarray:
+        """(n,) bool: which guesses may come to stand on it: `Floor.may_stand`; all where none is known."""
+        return np.ones(len(t), bool) if self.floor is None else self.floor.may_stand(R, t, slack)
 
     def reasons(self, pixels: Array, scales: Array | None = None) -> list[str | None]:
         """Why there can be no objects at pixels (n, 2); None where there can.

@@ -17,7 +17,8 @@ from ..geometry.polygons import distance_to_outline, in_space
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from .kinematics import Kinematics
 from .objects import Component, Joint, ObjectModel
-from .surface import MEETING
+from .solids import ball_sizes
+from .surface import MEETING, patches_of
 
 _ORDERS = 12, 8, 6, 5, 4, 3, 2  # turns by a whole one over these are looked at
 _ONE_WAY = 0.95  # cosine: normals that are the same
@@ -80,7 +81,8 @@ class Looks:
         self._model, self._kin = model, Kinematics(model)
         self._parts = model.components
         self._index = {c.name: n for n, c in enumerate(self._parts)}
-        self._pieces = [list(_pieces(c)) for c in self._parts]
+        balls = ball_sizes(patches_of(model, 0))
+        self._pieces = [[_ball(c, *balls[n])] if n in balls else [*_pieces(c)] for n, c in enumerate(self._parts)]
         self._middles = [np.mean([p.outline.mean(axis=0) for p in pieces], axis=0) for pieces in self._pieces]
         self._off_m = [max(p.off_m for p in pieces) for pieces in self._pieces]
         kinds = [sorted((str(p.labels), round(np.log(p.off_m) / _ALIKE)) for p in pieces) for pieces in self._pieces]
@@ -240,6 +242,12 @@ def _off(piece: _Piece, outline: Array, normal: Array, other: _Piece) -> float:
         return float(max(apart.min(axis=0).max(), apart.min(axis=1).max()) / piece.off_m)
     there, back = distance_to_outline(outline, other.outline), distance_to_outline(other.outline, outline)
     return float(max(there.max(), back.max()) / piece.off_m)
+
+
+def _ball(component: Component, centre: Array, radius_m: float) -> _Piece:
+    """All of it: a place and a size, whichever sides stand for it."""
+    labels = (component.name,) if component.classes else component.labels(0)
+    return _Piece((*labels, "ball"), centre[None], np.zeros(3), MEETING * float(np.sqrt(np.pi)) * radius_m)
 
 
 def _pieces(component: Component) -> Iterator[_Piece]:

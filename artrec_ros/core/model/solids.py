@@ -45,11 +45,26 @@ def _is_convex(markers: Sequence[Patch]) -> bool:
     return bool((above <= MEETING * np.sqrt([p.area for p in markers])).all())
 
 
+def shadow_m2(markers: Sequence[Patch], *, ball: bool) -> float:
+    """What a convex solid covers seen from afar: of a ball, whose sides are as large as it where they look largest,
+    that is along one of their normals; else a fourth of its surface, the mean over all directions (Cauchy)."""
+    areas, normals = np.array([p.area for p in markers]), np.array([p.normal for p in markers])
+    return float((np.abs(normals @ normals.T) @ areas).max() / 2 if ball else areas.sum() / 4)
+
+
 def ball_centres(patches: Sequence[Patch]) -> dict[int, Array]:
     """(3,) the centres of components that are balls, in their own frames: with many like sides all around, each as far
     from the centre as the others, and square to the line from it."""
     found = ((c, np.mean([p.drawn[0] for p in sides], axis=0), sides) for c, sides in closed_in(patches).items())
     return {c: centre for c, centre, sides in found if len(sides) >= _LEAST_SIDES and _is_ball(sides, centre)}
+
+
+def ball_sizes(patches: Sequence[Patch]) -> dict[int, tuple[Array, float]]:
+    """The same with their radii, metres."""
+    closed = closed_in(patches)
+    return {
+        c: (centre, (shadow_m2(closed[c], ball=True) / np.pi) ** 0.5) for c, centre in ball_centres(patches).items()
+    }
 
 
 def _is_ball(sides: Sequence[Patch], centre: Array) -> bool:

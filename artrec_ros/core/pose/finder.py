@@ -243,7 +243,7 @@ class WholeObjectFinder:
 
     def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those that stand on the scene's floor, about."""
-        stand = frame.scene.stand(poses.R, poses.t, self.config.guesses.standing_slack)
+        stand = frame.scene.may_stand(poses.R, poses.t, self.config.guesses.standing_slack)
         return poses if stand.all() else poses[np.flatnonzero(stand)]
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:

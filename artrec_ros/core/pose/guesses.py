@@ -92,7 +92,7 @@ class Guesser:
             found, votes = found[within], votes[within]
         floor = frame.scene.floor
         if floor is not None and len(self.bends) == 1:  # a limb's may yet be turned by the joints that carry it
-            stands = floor.standing(found.R, found.t, self._config.standing_slack)
+            stands = floor.may_stand(found.R, found.t, self._config.standing_slack)
             found, votes = found[np.flatnonzero(stands)], votes[stands]
         return found[best_distinct(found, votes, keep * len(grown), self._search)]
 

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import expit
 
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array, Pose, short_way
@@ -24,7 +25,7 @@ from ..model.found import OtherTurn
 from .distinct import best_distinct
 from .finder import WholeObjectFinder
 from .surface_model import Poses
-from .turn_evidence import evidence, turn_odds, weighed
+from .turn_evidence import evidence, turn_odds
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
 _WORTH_FIT = 0.5  # the same before that fit
@@ -42,13 +43,15 @@ def likelier_turns(
     turns, tilts = _turns(finder, frame, poses), tilted_rivals(finder, frame, poses)
     both = Poses.concatenate([poses, turns.poses, tilts.poses])
     of, log_odds = (np.concatenate(pair) for pair in zip(turns[1:], tilts[1:], strict=True))
-    rows = np.arange(len(poses))
-    turned, probabilities = weighed(log_odds, np.repeat([config.least_turn_odds, 0.0], [len(turns.of), len(tilts.of)]))
-    for n in np.argsort(log_odds, kind="stable").tolist():  # of several the likeliest one counts
-        probability, row, other = float(probabilities[n]), int(of[n]), len(poses) + n
-        if turned[n]:
-            rows[row], other = other, row
-        others[row] = other_of(finder, both, int(rows[row]), other, probability)
+    rows, least = np.arange(len(poses)), np.repeat([config.least_turn_odds, 0.0], [len(turns.of), len(tilts.of)])
+    log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely
+    for h in np.unique(of).tolist():
+        mine = np.flatnonzero(of == h)
+        rivals = np.concatenate([[h], len(poses) + mine])  # it itself is as likely as it is
+        worth = np.concatenate([[0.0], log_odds[mine]])
+        first, second = np.argsort(-worth, kind="stable")[:2].tolist()
+        rows[h], probability = rivals[first], float(expit(worth[second] - worth[first]))
+        others[h] = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
     return both[rows], others
 
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..model.solids import ball_centres, middle_of
+from ..model.solids import ball_centres, middle_of, shadow_m2
 from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX
 
 if TYPE_CHECKING:
@@ -22,8 +22,11 @@ class Sides:
 
     def __init__(self, surface: SpatialModel) -> None:
         self._surface = surface
-        self._patches = [surface.patches[p] for p in surface.markers]
+        patches = [surface.patches[p] for p in surface.markers]
         self._of = surface.component[surface.markers]  # (M,)
+        self._normals = np.array([p.normal for p in patches]).reshape(-1, 3)
+        self._middles = np.array([p.drawn[0] for p in patches]).reshape(-1, 3)
+        self._sizes_m = np.sqrt([p.area for p in patches])
 
     @cached_property
     def balls(self) -> frozenset[int]:
@@ -33,15 +36,15 @@ class Sides:
     @cached_property
     def blobs(self) -> tuple[Array, Array]:
         """What a blob's middle and area tell of the component that a marker shows: (P, 3) that place in its frame and
-        (P,) m^2; of patches that are no markers nothing. Of a solid's sides they tell the whole solid's: what convex
-        bodies cover is a fourth of their surface in the mean over all directions (Cauchy)."""
+        (P,) m^2; of patches that are no markers nothing. Of a solid's sides they tell the whole solid's."""
         surface = self._surface
         middle, area = np.zeros((len(surface.patches), 3)), surface.area.copy()
         for c, markers in enumerate(surface.markers_of):
-            sides, whole = [surface.patches[p] for p in markers], c in surface.solids
-            for p in markers:
-                middle[p] = middle_of(sides) if whole else surface.patches[p].drawn[0]
-                area[p] = sum(surface.area[k] for k in markers) / 4 if whole else surface.area[p]
+            sides = [surface.patches[p] for p in markers]
+            if c in surface.solids:
+                middle[markers], area[markers] = middle_of(sides), shadow_m2(sides, ball=c in self.balls)
+            else:
+                middle[markers] = np.array([side.drawn[0] for side in sides]).reshape(-1, 3)
         return middle, area
 
     def with_all(self, use: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -61,11 +64,10 @@ class Sides:
     def in_view(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
         """(H, M) which markers are turned to the camera and end a pixel or more from where they begin."""
         frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
-        normals, middles = np.array([p.normal for p in self._patches]), np.array([p.drawn[0] for p in self._patches])
         R, t = frames.R[:, self._of], frames.t[:, self._of]
-        sight = (R @ middles[..., None])[..., 0] + t
-        cosine = -((R @ normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)
-        size_px = camera.focal_px * np.sqrt([p.area for p in self._patches]) / np.maximum(sight[..., 2], LEAST_DEPTH_M)
+        sight = (R @ self._middles[..., None])[..., 0] + t
+        cosine = -((R @ self._normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)
+        size_px = camera.focal_px * self._sizes_m / np.maximum(sight[..., 2], LEAST_DEPTH_M)
         return np.asarray(cosine * size_px > LEAST_STRIP_PX)
 
     @cached_property

@@ -20,15 +20,15 @@ _BY_RAD = 0.35, 0.75  # fits lead to what is within half of the steps; a cube's 
 
 
 class Tilts:
-    """Those of one object whose required component is a solid; of others there are none."""
+    """Those of one object whose required component is a solid, but no ball; of others there are none."""
 
     def __init__(self, surface: SpatialModel, required: RequiredPlace) -> None:
         self._surface, self._required = surface, required
         around = 2 * np.pi * np.arange(_WAYS) / _WAYS
         across = np.column_stack([np.cos(around), np.sin(around), np.zeros(_WAYS)])
         self._turns = rotation_from_rotvec(np.concatenate([across * by for by in _BY_RAD]))  # about lines of sight's
-        self._is_solid = surface.root in surface.solids
-        mine = [p for p in surface.markers_of[surface.root]] if self._is_solid else []
+        self._is_solid = surface.root in surface.solids - surface.sides.balls
+        mine = surface.markers_of[surface.root] if self._is_solid else []
         self._corners = np.concatenate([surface.patches[p].drawn[3:] for p in mine]) if mine else np.zeros((0, 3))
 
     def __len__(self) -> int:

@@ -50,9 +50,9 @@ class Describer:
         # by all pixels: what one leaves is easily like another, though both can't be there
         alone = judge.verdicts(self.finder, candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
-        poses = at_rest(self.finder, mine, verdicts, frame).poses
-        told = self._told(self._parts(mine, poses, frame))
-        surplus = self._identifier.surplus(frame, poses, self._seen(mine, told), alone.probability)
+        rest = at_rest(self.finder, mine, verdicts, frame)
+        told = self._told(self._parts(rest.verdicts, rest.poses, frame))
+        surplus = self._identifier.surplus(frame, rest.poses, self._seen(rest.verdicts, told), alone.probability)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         left_out = [alone[i] for i in none_left]  # as they were compared
         if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again

@@ -24,7 +24,7 @@ from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.identities import identities_of as existing_identities
-from ...core.model.objects import Component, Marker, ObjectModel
+from ...core.model.objects import Component, Marker
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco
@@ -103,7 +103,7 @@ class _Seen:
                 for outline in body_outlines(component, marker, place, plane):
                     self.bodies.append((names[body_label], inner_part(outline)))
                     self.ignored.append(outline)
-        self.ignored += hidden_parts(o, target.model)
+        self.ignored += hidden_parts(o, target)
 
 
 def shown_markers(
@@ -223,10 +223,11 @@ def inner_part(outline: Array) -> Array:
     return np.asarray(middle + _SURE_OF_BODY * (outline - middle))
 
 
-def hidden_parts(annotated: AnnotatedObject, model: ObjectModel) -> list[Array]:
+def hidden_parts(annotated: AnnotatedObject, target: Target) -> list[Array]:
     """The box of an object some of whose markers are not annotated, be it that its category has no keypoints for them:
     they may yet be seen in part."""
-    incomplete = any(annotated.axis("/".join(key)) is None for key in model.markers)
+    balls = {ball.name for ball, _ in marked_balls(annotated, target)}
+    incomplete = any(annotated.axis("/".join(key)) is None for key in target.model.markers if key[0] not in balls)
     return [annotated.box] if annotated.box is not None and incomplete else []
 
 

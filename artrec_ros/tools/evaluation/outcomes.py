@@ -9,7 +9,7 @@ import numpy as np
 from ...core.geometry.transforms import Pose
 from ...core.model.found import Detection
 from ...io.truth.records import TrueObject
-from .same_looks import AS_IT_IS, FAR_RAD, SameLooks
+from .same_looks import AS_IT_IS, AS_TRUE, FAR_RAD, SameLooks
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,8 @@ class Outcome:
     def _rotation_error_rad(self, looks: SameLooks) -> float | None:
         if self._found_pose is None or self.truth.pose is None:
             return None
-        return looks.error_rad(self.truth.pose.rotation, self._found_pose.rotation)
+        as_true = [name for name, off in self.joint_errors.items() if off < AS_TRUE]
+        return looks.error_rad(self.truth.pose.rotation, self._found_pose.rotation, as_true)
 
     @property
     def joint_errors(self) -> dict[str, float]:

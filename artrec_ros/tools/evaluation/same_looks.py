@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -11,12 +11,12 @@ import numpy as np
 from ...core.geometry.transforms import Array, rotation_from_rotvec
 from ...core.model.objects import ObjectModel
 from ...core.model.same_turns import SameTurn, same_turns
-from ...core.model.target import Target
 
 if TYPE_CHECKING:
     from .outcomes import Outcome
 
 _LEAST_SHARE = 0.05  # of rotations: what is rarer is not worth a line
+AS_TRUE = 0.1  # radians, or units of what slides: a joint that is told with less error is told as it is
 FAR_RAD = np.radians(15.0)  # an error that is less is none of another turn
 _PARALLEL = 0.99  # cosine
 
@@ -25,31 +25,36 @@ _PARALLEL = 0.99  # cosine
 class SameLooks:
     """Rotations after which an object looks as it did.
 
-    :param turns: (k, 3, 3) of the object's frame, none among them. :param round: (r, 3) axes about which any turn does.
+    :param turns: (k, 3, 3) of the object's frame, none among them. :param bent: (k) joints that must be bent otherwise
+        for it. :param round: (r, 3) axes about which any turn does, whatever joints do.
     """
 
     turns: Array
+    bent: Sequence[frozenset[str]]
     round: Array
 
     @classmethod
     def of(cls, model: ObjectModel) -> SameLooks:
         turns = same_turns(model)
-        if len(model.components) == len(Target(model.name, model, 0).balls) == 1:
-            return cls(np.eye(3)[None], np.eye(3))
-        return cls(_all_of(turns), np.array([turn.axis for turn in turns if turn.is_round]).reshape(-1, 3))
+        axes = [turn.axis for turn in turns if turn.is_round and not turn.bent]
+        return cls(*_all_of(turns), np.array(axes).reshape(-1, 3))
 
-    def error_rad(self, true: Array, found: Array) -> float:
-        """How far a rotation is from the nearest one that looks like the true one."""
+    def error_rad(self, true: Array, found: Array, as_true: Collection[str] = ()) -> float:
+        """How far a rotation is from the nearest one that looks like the true one.
+
+        :param as_true: joints that are told as they are: where all are that must be bent otherwise, it is not turned.
+        """
         if (np.abs(self.round @ self.round.T) < _PARALLEL).any():
             return 0.0  # round about two axes it is a ball
-        off = (true @ self.turns).swapaxes(1, 2) @ found
+        may_be = [n for n, bent in enumerate(self.bent) if not bent or not bent <= frozenset(as_true)]
+        off = (true @ self.turns[may_be]).swapaxes(1, 2) @ found
         least = np.arccos(np.clip((np.trace(off, axis1=1, axis2=2) - 1) / 2, -1, 1)).min()
         for axis in self.round:  # turned about it at will, it is off by what the axis is
             least = min(least, np.arccos(np.clip((off @ axis) @ axis, -1, 1)).min())
         return float(least)
 
 
-AS_IT_IS = SameLooks(np.eye(3)[None], np.zeros((0, 3)))
+AS_IT_IS = SameLooks(np.eye(3)[None], (frozenset(),), np.zeros((0, 3)))
 
 
 def turned_alike(outcomes: Sequence[tuple[str, Outcome]]) -> Iterator[str]:
@@ -66,11 +71,13 @@ def turned_alike(outcomes: Sequence[tuple[str, Outcome]]) -> Iterator[str]:
             )
 
 
-def _all_of(turns: Sequence[SameTurn]) -> Array:
-    """(k, 3, 3) rotations by them, as often as they can be done, by two of them, and by none."""
+def _all_of(turns: Sequence[SameTurn]) -> tuple[Array, list[frozenset[str]]]:
+    """(k, 3, 3) rotations by none of them, by each as often as it can be done, and by two; and what each bends."""
     single = [
-        rotation_from_rotvec(k * turn.angle_rad * turn.axis)
+        (rotation_from_rotvec(k * turn.angle_rad * turn.axis), frozenset(turn.bent))
         for turn in turns
         for k in range(1, round(2 * np.pi / turn.angle_rad))
     ]
-    return np.array([np.eye(3), *single, *(a @ b for a in single for b in single)])
+    double = [(a @ b, bent | more) for a, bent in single for b, more in single]
+    every = [(np.eye(3), frozenset[str]()), *single, *double]
+    return np.array([R for R, _ in every]), [bent for _, bent in every]

@@ -41,10 +41,10 @@ def test_a_brick_looks_the_same_after_half_a_turn_about_each_axis():
     assert ((0, 0, 1), 90) in turns(solid("brick", (0.1, 0.1, 0.05), required=True))
 
 
-def test_a_ball_looks_the_same_after_the_turns_of_its_sides():
+def test_a_ball_looks_the_same_after_any_turn():
     markers, bodies = ball_solid(0.05, Pose.identity())
     found = same_turns(model(Component("ball", markers, True, bodies=bodies)))
-    assert sum(round(np.degrees(t.angle_rad)) == 72 for t in found) == 6
+    assert len(found) == 3 and all(t.is_round for t in found)
 
 
 @pytest.mark.parametrize("label", [None, 4])

@@ -96,7 +96,7 @@ def _marker_turn(finder):
 
 def test_what_does_not_stand_on_a_known_floor_is_none():
     finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
-    floor = SimpleNamespace(standing=lambda R, t, slack: np.zeros(len(R), bool))
+    floor = SimpleNamespace(standing=lambda R, t: np.zeros(len(R), bool))
     assert likelier_turns(finder, replace(frame, scene=Scene(floor=floor)), at)[1] == [None]
 
 

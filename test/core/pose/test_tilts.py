@@ -16,7 +16,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.io.objects.solids import box_solid
+from artrec_ros.io.objects.solids import ball_solid, box_solid
 
 CAMERA = camera_of((320, 240), 300.0)
 SAME = Rotation.create_group("O").as_matrix()  # after which a cube looks as it did
@@ -62,8 +62,9 @@ def test_what_looks_the_same_is_no_other_tilt():
     assert finder.tilts.look_otherwise(one[rows], others, 0.25).tolist() == [False, False, False, True, True]
 
 
-def test_what_is_no_solid_has_none():
-    assert not len(finder_of(sign()).tilts)
+def test_what_is_no_solid_or_a_ball_has_none():
+    ball = ObjectModel("ball", (Component("ball", ball_solid(0.05, Pose.identity())[0], required=True),))
+    assert not len(finder_of(sign()).tilts) and not len(finder_of(ball).tilts)
 
 
 @pytest.mark.parametrize("n", [10, 15, 56, 59])

@@ -7,7 +7,7 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import Detection, ImagePose
-from artrec_ros.core.model.objects import Box, Component, ObjectModel
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
 from artrec_ros.io.truth.records import TrueObject
 from artrec_ros.tools.evaluation.outcomes import Outcome
@@ -64,3 +64,39 @@ def test_joints_that_such_a_turn_bends_the_other_way_are_no_slip_of_the_truth():
         told.append((name, replace(one, truth=true, detection=found)))
     assert not list(slips(told, {}))
     assert list(slips([(name, replace(o, looks=AS_IT_IS)) for name, o in told], {}))
+
+
+def test_a_turn_that_bends_a_joint_is_one_only_where_it_is_bent_so():
+    """A square base with an arm on an upright joint: turned by a quarter it looks as it did if the arm stays."""
+    base, arm = (
+        Box(Pose.identity(), np.array([0.2, 0.2, 0.05])),
+        Box(Pose.from_xyz_rpy((0.15, 0, 0.04)), np.full(3, 0.03)),
+    )
+    joint = Joint("base", Pose.identity(), np.array([0.0, 0, 1.0]), -np.pi, np.pi, name="q")
+    parts = (
+        Component("base", box_solid(base)[0], required=True, bodies=(base,)),
+        Component("arm", box_solid(arm)[0], label=5, joint=joint, bodies=(arm,)),
+    )
+    looks = SameLooks.of(ObjectModel("crate", parts))
+    quarter = TRUE.rotation @ rotation_from_rotvec([0.0, 0.0, np.pi / 2])
+    assert looks.error_rad(TRUE.rotation, quarter, ()) == pytest.approx(0, abs=1e-6)
+    assert looks.error_rad(TRUE.rotation, quarter, ("q",)) == pytest.approx(np.pi / 2)
+    _, one = outcome((0.0, 0.0, np.pi / 2))
+    one = replace(one, looks=looks, truth=replace(one.truth, joints={"q": 0.4}))
+    for told, off in ((0.4, np.pi / 2), (0.4 - np.pi / 2, 0.0)):
+        assert replace(one, detection=replace(one.detection, joints={"q": told})).rotation_error_rad == pytest.approx(
+            off, abs=1e-6
+        )
+
+
+def test_balls_are_balls_whichever_sides_stand_for_them():
+    """Two on a stick are round about it."""
+    parts = tuple(
+        Component(name, ball_solid(0.05, Pose.from_xyz_rpy((0, 0, z)))[0], required=z == 0, label=label)
+        for name, z, label in (("one", 0.0, 3), ("other", 0.3, 4))
+    )
+    looks = SameLooks.of(ObjectModel("dumbbell", parts))
+    turned = TRUE.rotation @ rotation_from_rotvec([0.0, 0.0, 0.7])
+    assert looks.error_rad(TRUE.rotation, turned) == pytest.approx(0, abs=1e-6)
+    leaning = TRUE.rotation @ rotation_from_rotvec([0.7, 0.0, 0.0])
+    assert looks.error_rad(TRUE.rotation, leaning) == pytest.approx(0.7)

@@ -224,7 +224,8 @@ class GuessesConfig(Room):
     )
     standing_slack: float = param(
         2.0,
-        "where a floor is known: guesses may be off it, and lean, by so many times what objects may",
+        "where a floor is known: guesses may be off it, and lean, by so many times what objects may; by 30 degrees "
+        "they may lean in any case",
         low=1,
         high=100,
         paths=_SPACE,

@@ -100,7 +100,7 @@ class VerdictConfig(Room):
         high=50,
         length=3,
         paths=("space",),
-        origin="1119 such tilts, as well",
+        origin="1119 tilts of the same; on others: benchmarks/tilts.py",
     )
     bend_odds_colour: tuple[float, ...] = param(
         (-0.37, 0.0, 0.66),

@@ -16,7 +16,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array, Pose, short_way
@@ -50,7 +49,7 @@ def likelier_turns(
         rivals = np.concatenate([[h], len(poses) + mine])  # it itself is as likely as it is
         worth = np.concatenate([[0.0], log_odds[mine]])
         first, second = np.argsort(-worth, kind="stable")[:2].tolist()
-        rows[h], probability = rivals[first], float(expit(worth[second] - worth[first]))
+        rows[h], probability = rivals[first], float(1 / (1 + np.exp(worth[first] - worth[second])))
         others[h] = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
     return both[rows], others
 

@@ -8,7 +8,7 @@ of it is a candidate beside what was found: the pixels are shared out anew, and 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import islice, zip_longest
 
 import numpy as np
 
@@ -42,7 +42,9 @@ class LeftOverLooks:
             looked at again.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
-        for finder, verdict, middles in islice(self._looks(frame, accepted, blobs, recall), self._most):
+        each = [self._looks(finder, frame, accepted, blobs, recall) for finder in self._of]
+        in_turn = (look for looks in zip_longest(*each) for look in looks if look is not None)
+        for finder, verdict, middles in islice(in_turn, self._most):
             if frame.deadline.expired:
                 break
             found = self._climbed(finder, verdict, frame, middles)
@@ -51,28 +53,29 @@ class LeftOverLooks:
         return out
 
     def _looks(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall
+        self,
+        finder: WholeObjectFinder,
+        frame: ImageFrame,
+        accepted: Sequence[Verdict],
+        blobs: Sequence[Blob],
+        recall: Recall,
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
-        """What is to be explained of each object that is not sure in spite of it, or of which what is left is sure, and
-        where balls lie that are told otherwise, by the finder that has it."""
-        for finder, left_overs in self._of.items():
-            own = [v for v in accepted if v.claim.finder.target is finder.target]
-            asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
-            every = set(range(len(finder.target.model.components)))
-            mine = [
-                v
-                for v in own
-                if left_overs.is_in_doubt(_seen(v)) or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))
-            ]
-            for verdict, left in self._left(finder, mine, frame, accepted, blobs):
-                if left_overs.is_in_doubt(_seen(verdict)) or left_overs.is_sure(left, blobs):
-                    for middles in self._middles(finder, verdict, left, frame.camera):
-                        yield finder, verdict, middles
-            for verdict in asked if finder in self._balls else ():
-                shown = [verdict.shown[c] for c in _seen(verdict)]
-                otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
-                if otherwise is not None:
-                    yield finder, verdict, otherwise
+        """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
+        is sure, and where balls lie that are told otherwise."""
+        left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
+        own = [v for v in accepted if v.claim.finder.target is finder.target]
+        asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
+        doubtful = {v for v in own if left_overs.is_in_doubt(_seen(v))}
+        mine = [v for v in own if v in doubtful or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
+        for verdict, left in self._left(finder, mine, frame, accepted, blobs):
+            if verdict in doubtful or left_overs.is_sure(left, blobs):
+                for middles in self._middles(finder, verdict, left, frame.camera):
+                    yield finder, verdict, middles
+        for verdict in asked if finder in self._balls else ():
+            shown = [verdict.shown[c] for c in _seen(verdict)]
+            otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
+            if otherwise is not None:
+                yield finder, verdict, otherwise
 
     def _left(
         self,

@@ -99,8 +99,8 @@ def test_small_patches_far_apart_are_found_whatever_their_outline(outline, limit
             assert np.linalg.norm(parts[name] - placed.at([at])[0]) < 1.0, (placed, name)
 
 
-def pairs_of(model):
-    config = settings()
+def pairs_of(model, **values):
+    config = settings(**values)
     finder = WholeObjectFinder(Target("walker", model, TEAM), config, facing=True)
     directions = Directions.about_required(finder, config)
     guesser = FacingGuesser(model, finder.surface, config, finder.root, directions.laid)
@@ -124,3 +124,11 @@ def test_outlines_that_tell_more_are_not_paired():
         poses, of = pairs.guess(frame, blobs, blobs, limits)
         assert len(blobs) == len(CARD)
         assert (set(of.tolist()) == {0, 1, 2}) == paired and bool(len(poses)) == paired
+
+
+def test_amid_too_many_like_blobs_what_has_an_outline_is_not_paired():
+    picture = rendered(Card(600, 250, 0.3, 100.0, outline=SQUARE), size=(800, 600), fine=2)
+    frame, blobs = ImageFrame(LabelField(picture)).faced(), find_blobs(picture, {TEAM}, settings())
+    limits = ScaleLimits(20.0, 1000.0)
+    assert len(pairs_of(card(SQUARE), most_pairs=30).guess(frame, blobs, blobs, limits)[0])
+    assert not len(pairs_of(card(SQUARE), most_pairs=1).guess(frame, blobs, blobs, limits)[0])

@@ -30,13 +30,15 @@ _MOST = 128  # pairs of one blob that are looked at: bounds the time in crowds, 
 
 class FacingPairs:
     """Takes a blob for the required component, and another for each marker that no joint moves against it and that is
-    so far out that half a step of the scale moves it by more than its own radius; no blob whose outline tells more."""
+    so far out that half a step of the scale moves it by more than its own radius; no blob whose outline tells more, and
+    none of what has an outline amid so many like blobs that chance makes most pairs."""
 
     def __init__(self, finder: WholeObjectFinder, guesser: FacingGuesser, config: RecognizerConfig, keep: int) -> None:
         """:param guesser: of the required component. :param keep: hypotheses of each blob that go on."""
         self._surface, self._guesser, self._keep = finder.surface, guesser, keep
         self._none = finder.surface.no_poses, np.zeros(0, np.int64)
         self._config, self._outlined = config.guesses, not finder.target.model.needs_another
+        self._most = config.facing.most_pairs
         surface, fixed, off_scale = finder.surface, _fixed(finder), np.sqrt(config.facing.scale_ratio) - 1
         self._labels, self._markers, arms = list[Sequence[int]](), list[Marker](), list[Array]()
         for p, marker, at in fixed:
@@ -63,8 +65,11 @@ class FacingPairs:
         found, of, mine = [self._none[0]], [self._none[1]], [mine[n] for n in rows]
         own, others = self._guesser.scales(frame, mine, limits), self._scales_of_others(frame, blobs, limits)
         here, there = centres(mine), centres(blobs)
-        for part in frame.deadline.parts(len(mine), _AT_ONCE):
-            T, which = self._pairs(here[part], there, own[part], others)
+        parts = list(frame.deadline.parts(len(mine), _AT_ONCE))
+        pairs = [self._pairs(here[part], there, own[part], others) for part in parts]
+        if self._outlined and sum(len(T) for T, _ in pairs) > self._most:
+            return self._none
+        for part, (T, which) in zip(parts, pairs, strict=True):
             poses = self._guesser.lifted(T, frame)
             votes = self._surface.score(frame, poses, self._patches, occlusion=False).votes.sum(axis=1)
             best = first_of_each(which, votes, self._keep)

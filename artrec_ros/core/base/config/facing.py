@@ -145,6 +145,17 @@ class FacingConfig(Room):
         paths=_FACING,
         origin="a square's four turns; about a disc n markers have n (n - 1) to lie on each other's places",
     )
+    most_pairs: int = param(
+        2000,
+        "small markers with an outline are not paired with others far from them where more pairs of an image's blobs "
+        "may be two of an object's",
+        low=0,
+        high=1000000,
+        paths=_FACING,
+        origin="one object among 25 like patches makes some 10, eight among 60 make 350, six of five like squares "
+        "among 20 more than 500, two hundred of one class and no object 7000: of these chance makes three times as many "
+        "objects as are found without pairs",
+    )
     rounds: tuple[int, ...] = param(
         (4, 5),
         "rounds of a climb of all hypotheses, and of another of the few that are left of each place",

@@ -153,8 +153,8 @@ class FacingConfig(Room):
         high=1000000,
         paths=_FACING,
         origin="one object among 25 like patches makes some 10, eight among 60 make 350, six of five like squares "
-        "among 20 more than 500, two hundred of one class and no object 7000: of these chance makes three times as many "
-        "objects as are found without pairs",
+        "among 20 more than 500, two hundred of one class and no object 7000: of these chance makes three times as "
+        "many objects as are found without pairs",
     )
     rounds: tuple[int, ...] = param(
         (4, 5),

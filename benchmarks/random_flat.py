@@ -10,7 +10,7 @@ camera's colours are, for the recogniser to read itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -189,9 +189,16 @@ def cut(camera: Camera, objects: Sequence[PlacedObject], rng: np.random.Generato
     return replace(camera, matrix=matrix)
 
 
-def flat_frames(world: World, seed: int, scenes: int) -> Iterator[FlatScene]:
+def alone(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:
+    """A frame with nothing more in it."""
+    return frame
+
+
+def flat_frames(
+    world: World, seed: int, scenes: int, crowd: Callable[[SimulatedFrame, np.random.Generator], SimulatedFrame] = alone
+) -> Iterator[FlatScene]:
     """Scenes of a world, each with a size, crowding, clutter and a segmentation of its own, seen from above; every
-    second one is painted."""
+    second one is painted. :param crowd: what more is put into each."""
     colours = world_colours(seed)
     for number in range(scenes):
         rng, in_colour = np.random.default_rng([22, seed, number]), number % 2 == 1
@@ -214,5 +221,5 @@ def flat_frames(world: World, seed: int, scenes: int) -> Iterator[FlatScene]:
             depth = max((p.T_camera_object.position[2] for p in drawn.objects), default=1.0)
             clutter = random_clutter(camera, LABELS[0], rng.uniform(0.05, 0.35), float(depth), rng)
             drawn = replace(drawn, distractors=(*drawn.distractors, *clutter))
-        frame = render_frame(0, Renderer(camera), drawn, sensor, rng)
+        frame = crowd(render_frame(0, Renderer(camera), drawn, sensor, rng), rng)
         yield painted(frame, colours, rng) if in_colour else FlatScene(shaded(frame, rng))

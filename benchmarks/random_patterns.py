@@ -121,13 +121,13 @@ def pattern_frames(
         yield shaded(render_frame(n, renderer, Scene(placed, tuple(clutter), None), sensor, rng), rng)
 
 
-def shaded(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:
+def shaded(frame: SimulatedFrame, rng: np.random.Generator, share: float = SHADED) -> SimulatedFrame:
     """The same frame with some markers so deep in shade that a segmenter knows nothing of them."""
     labels = frame.labels.copy()
     for truth in frame.truths:
         model, poses = truth.placed.target.model, component_poses(truth.placed.target.model, truth.placed.joints)
         for seen in truth.markers:
-            if rng.random() < SHADED:
+            if rng.random() < share:
                 marker = model.component(seen.component).marker(seen.marker)
                 assert marker.T_component_marker is not None  # scenes are made of models with places only
                 T = truth.placed.T_camera_object @ poses[seen.component] @ marker.T_component_marker

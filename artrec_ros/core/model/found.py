@@ -201,6 +201,8 @@ class Detection:
     :param as_told: how probable its pose is, in space or in the image, if it is there, where blobs that may be
         components of it are left unexplained, or, found flat, where what is seen may be bent otherwise, or laid so;
         `score` counts it, and of the former joints' deviations do.
+    :param beyond_chance: the share of its probability that is left where chance makes such objects of like patches, in
+        an image that faces it; `score` counts it.
     """
 
     object: str
@@ -224,6 +226,7 @@ class Detection:
     other_turn: OtherTurn | None = field(default=None, repr=False, compare=False)
     other_place: OtherPlace | None = field(default=None, repr=False, compare=False)
     as_told: float = field(default=1.0, repr=False, compare=False)
+    beyond_chance: float = field(default=1.0, repr=False, compare=False)
 
     @property
     def there(self) -> float:

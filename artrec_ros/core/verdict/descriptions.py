@@ -19,6 +19,7 @@ from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
+from .chance import Chances, by_chance
 from .claims import claims_of
 from .identity import Identifier, doubted
 from .in_view import Part, Parts, PartsInView
@@ -38,6 +39,7 @@ class Describer:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
+        self._chances = Chances(finder) if finder.facing else None
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
@@ -107,6 +109,9 @@ class Describer:
             )
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
+        if self._chances is not None:
+            times = self._chances.times(verdicts, frame, blobs, among or verdicts)
+            detections = [by_chance(d, float(t)) for d, t in zip(detections, times, strict=True)]
         detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
         detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
         ways = self._other_ways.of(shows, poses, seen, rest.used)

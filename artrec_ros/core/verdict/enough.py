@@ -14,6 +14,7 @@ from .descriptions import Describer
 from .judge import NO_DIRECTION, Judge, too_low
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
+_BY_CHANCE = "chance makes such an object of so many like patches"
 
 
 def without_surplus(
@@ -44,7 +45,8 @@ def enough_of(
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
-        return too_low(d.there, judge.min_probability, _OTHER_PLACES)
+        by_chance = d.there >= judge.min_probability * d.beyond_chance
+        return too_low(d.there, judge.min_probability, _BY_CHANCE if by_chance else _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

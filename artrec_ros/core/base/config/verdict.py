@@ -212,6 +212,16 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="blur and shade make a patch a half larger or smaller, what slants it or hides half of it smaller",
     )
+    chance_odds: tuple[float, ...] = param(
+        (8.8, -3.2),
+        "log odds against a flat object where one more like it is to be expected by chance, of blobs of its classes "
+        "and sizes that nothing explains: at first, and by how well each confirmed component's outline fits",
+        low=-20,
+        high=20,
+        length=2,
+        paths=("facing",),
+        origin="benchmarks/chance.py",
+    )
     identity_independent: float = param(
         0.05,
         "share of a marker's pixels that tell its class independently of each other",

@@ -1,0 +1,163 @@
+"""How many objects as good as one that is told chance makes of an image's blobs, and how much less sure that makes it.
+
+The curves of `acceptance.py` are fitted on images with few things of the objects' classes in them. Where many like
+patches lie about, some lie by chance as an object's components do: the more the more there are, and the fewer the more
+components are confirmed and the closer their outlines fit. This is the number of false alarms of the a contrario method
+(A. Desolneux, L. Moisan, J.-M. Morel, "Meaningful alignments", IJCV 40(1), 2000): how many places there are to try,
+times the probability that all lies so well at one of them.
+
+Blobs that other objects explain are none that chance could take, as far as these are sure: robots side by side do not
+make each other doubtful.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.blobs import Blob
+from ..image.image_frame import ImageFrame
+from ..model.found import Detection
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_model import Poses
+from .acceptance import Verdict
+
+
+class _Blobs(NamedTuple):
+    """B blobs.
+
+    :param label, area_px: (B,). :param low, high: (B, 2) corners of their bounding boxes, pixels.
+    """
+
+    label: NDArray[np.int64]
+    area_px: Array
+    low: NDArray[np.int32]
+    high: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, blobs: Sequence[Blob]) -> _Blobs:
+        first = np.cumsum([0, *(len(b.pixels) for b in blobs[:-1])])
+        pixels = np.concatenate([b.pixels for b in blobs])
+        low, high = (end.reduceat(pixels, first) for end in (np.minimum, np.maximum))
+        return cls(np.array([b.label for b in blobs]), np.array([b.area_px for b in blobs]), low, high)
+
+
+class Chances:
+    """Of one target's objects that face the camera."""
+
+    def __init__(self, finder: WholeObjectFinder) -> None:
+        self._finder, self._turns = finder, dict[tuple[int, ...], float]()
+
+    def times(
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]
+    ) -> Array:
+        """(H,) how many times as easily chance bears out each object here as where nothing is like its components.
+
+        :param blobs: of the frame. :param among: all its objects, these too.
+        """
+        at_first, by_outline = self._finder.config.verdict.chance_odds
+        expected, fit = self.expected(verdicts, frame, blobs, among)
+        return np.asarray(1 + expected * np.exp(at_first + by_outline * fit))
+
+    def expected(
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]
+    ) -> tuple[Array, Array]:
+        """(H,) how many objects with the same components confirmed chance makes of the blobs that are left to it, of
+        each component within its marker's size of where it should be; and how well the outlines of all that is
+        confirmed fit together. None of what has one component: its looks alone say what it is."""
+        fit = np.array([sum(o for o, yes in zip(v.outline, v.confirmed, strict=True) if yes) for v in verdicts])
+        if not len(blobs) or len(self._finder.surface.labels) == 1:
+            return np.zeros(len(verdicts)), fit
+        seen = _Blobs.of(blobs)
+        sure = _sure(among, frame, seen)
+        rows = [next(n for n, v in enumerate(among) if v is verdict) for verdict in verdicts]
+        return np.array([self._of(among[n], _left_to(sure, n), seen, frame) for n in rows]), fit
+
+    def _of(self, verdict: Verdict, free: Array, seen: _Blobs, frame: ImageFrame) -> float:
+        """`expected` of one. :param free: (B,) how far each blob is left to chance."""
+        confirmed, root = np.flatnonzero(verdict.confirmed), self._finder.root
+        if not len(confirmed) or not free.any():
+            return 0.0
+        area_px = self._finder.surface.sides.blobs[1][np.array(verdict.shown)[confirmed]] * verdict.claim.scale**2
+        ratio = self._finder.config.verdict.left_over_ratio
+        like = _bears(self._finder, seen)[confirmed] & (np.abs(np.log(seen.area_px / area_px[:, None])) < np.log(ratio))
+        count = like @ free
+        first = int(np.argmax(confirmed == root))  # what chance takes for it is where the others are sought
+        covered = np.delete(np.pi * area_px * count / np.prod(frame.size), first)
+        return float(count[first] * self._ways(tuple(confirmed.tolist())) * covered.prod())
+
+    def _ways(self, confirmed: tuple[int, ...]) -> float:
+        """In how many ways an object with one of these components in its place can be turned and bent, as far as others
+        of them are a marker's size from where they were."""
+        if confirmed not in self._turns:
+            self._turns[confirmed] = _ways(self._finder, np.array(confirmed))
+        return self._turns[confirmed]
+
+
+def _ways(finder: WholeObjectFinder, confirmed: NDArray[np.int64]) -> float:
+    """See `Chances._ways`."""
+    surface, kin = finder.surface, finder.surface.kinematics
+    first = finder.root if finder.root in confirmed else int(confirmed[0])
+    others = confirmed[confirmed != first]
+    if not len(others):
+        return 1.0
+    middle, area = surface.sides.blobs
+    shows = np.array([surface.markers_of[c][0] for c in range(len(surface.labels))])
+    frames, step = kin.in_object(kin.middle[None]), 2 * np.sqrt(area[shows])
+    at = surface.place(frames, middle[shows], np.arange(len(shows)))[0]
+    moved = kin.moves[others] != kin.moves[first]
+    fixed = others[~moved.any(axis=1)] if not moved.any(axis=1).all() else others
+    ways = 1 + float((2 * np.pi * np.linalg.norm(at[fixed] - at[first], axis=1) / step[fixed]).max())
+    for j in np.flatnonzero(moved.any(axis=0)).tolist():
+        mine = others[moved[:, j]]
+        arm = np.linalg.norm(at[mine] - frames.origin[0, j], axis=1) if kin.revolute[j] else np.ones(len(mine))
+        ways *= 1 + float((arm / step[mine]).max() * (kin.upper[j] - kin.lower[j]))
+    return ways
+
+
+def _bears(finder: WholeObjectFinder, seen: _Blobs) -> NDArray[np.bool_]:
+    """(C, B) which blobs are of a class of which each component may be."""
+    return np.array([np.isin(seen.label, own) for own in finder.surface.labels])
+
+
+def _sure(among: Sequence[Verdict], frame: ImageFrame, seen: _Blobs) -> Array:
+    """(A, B) how sure it is that each object explains each blob."""
+    out = np.zeros((len(among), len(seen.label)))
+    for finder in dict.fromkeys(v.claim.finder for v in among):
+        rows = [n for n, v in enumerate(among) if v.claim.finder is finder]
+        mine = [among[n] for n in rows]
+        out[rows] = np.array([v.probability for v in mine])[:, None] * _explained(finder, mine, frame, seen)
+    return out
+
+
+def _explained(
+    finder: WholeObjectFinder, verdicts: Sequence[Verdict], frame: ImageFrame, seen: _Blobs
+) -> NDArray[np.bool_]:
+    """(H, B) on which blobs confirmed components of one target's objects lie."""
+    surface, poses = finder.surface, Poses.concatenate([v.claim.poses for v in verdicts])
+    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    at = project(frame.camera, surface.place(frames, surface.sides.blobs[0], surface.component))
+    shown, confirmed = np.array([v.shown for v in verdicts]), np.array([v.confirmed for v in verdicts])
+    at = np.take_along_axis(at, np.maximum(shown, 0)[:, :, None], axis=1)[:, :, None]
+    inside = ((at >= seen.low) & (at <= seen.high)).all(axis=3)
+    return np.asarray((inside & confirmed[:, :, None] & _bears(finder, seen)).any(axis=1))
+
+
+def _left_to(sure: Array, row: int) -> Array:
+    """(B,) how far each blob is left to chance: no other object explains it, and this one has not taken it."""
+    others = np.prod(1 - np.delete(sure, row, axis=0), axis=0)
+    return np.where(sure[row] > 0, 0.0, others)
+
+
+def by_chance(detection: Detection, times: float) -> Detection:
+    """A detection as sure as it is where chance bears it out so many times as easily, and its components as much less
+    sure."""
+    share = 1 / (detection.score + (1 - detection.score) * times)
+    parts = tuple(replace(part, score=part.score * share) for part in detection.components)
+    return replace(detection, score=detection.score * share, components=parts, beyond_chance=share)

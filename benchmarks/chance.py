@@ -1,0 +1,144 @@
+"""Is a flat object there as often as its score says, where many patches are like its components?
+
+Fits `expert.verdict.chance_odds` on even-numbered worlds of flat objects made up at random (`random_flat.py`), some of
+whose components are hidden, amid patches with their outlines and classes; and tells of odd ones how often objects are
+there, by the scores as they would be without it, and with it.
+
+python benchmarks/chance.py --save found.npz [--first 0] [--worlds 120] [--scenes 12]
+python benchmarks/chance.py --load found.npz [more.npz ...]
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import cv2
+import numpy as np
+from acceptance_facing import LEAST_PX, MOST_PX, WIDER, is_there, true_scales
+from acceptance_fit import expected_error, log_loss, reliability
+from random_flat import FlatScene, flat_frames, flat_world, world_colours
+from random_patterns import shaded
+from random_solids import World
+from scipy.optimize import minimize
+from scipy.special import expit, logit
+from tqdm import tqdm
+
+from artrec_ros.core.base.config import RecognizerConfig
+from artrec_ros.core.facing_stage import FacingStage
+from artrec_ros.core.geometry.range_limits import scale_limits
+from artrec_ros.core.geometry.transforms import Array
+from artrec_ros.core.image.blobs import find_blobs
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.verdict.chance import Chances
+from artrec_ros.simulation.simulator import SimulatedFrame
+
+PATCHES, HIDDEN = (0, 3, 10, 30, 100, 200), (0.0, 0.1, 0.4)  # of a scene, at most; share of components
+AS_LARGE = 0.15  # logarithm, by which patches are larger or smaller than an object's markers
+GAP = np.ones((5, 5), np.uint8)  # two pixels between a patch and anything else
+COLUMNS = "world", "p", "expected", "fit", "confirmed", "right"
+
+
+def crowd(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> SimulatedFrame:
+    """A frame with some components of its objects hidden, and patches like them where nothing is."""
+    frame = shaded(frame, rng, float(rng.choice(HIDDEN)))
+    markers = [(m, t.label if c.label is None else c.label) for t in world.targets for c in t.model.components
+               for m in c.markers]  # fmt: skip
+    area = world.targets[0].model.required.markers[0].area
+    any_one = np.exp(rng.uniform(*np.log([LEAST_PX, MOST_PX]))) / np.sqrt(area)
+    scale, labels = np.median(true_scales(frame.truths, frame) or [any_one]), frame.labels.copy()
+    for _ in range(int(rng.choice(PATCHES))):
+        marker, label = markers[rng.integers(len(markers))]
+        turn, size = rng.uniform(-np.pi, np.pi), scale * np.exp(rng.uniform(-AS_LARGE, AS_LARGE))
+        R = np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
+        outline = (marker.outline - marker.outline.mean(axis=0)) @ R * size + rng.uniform((0, 0), labels.shape[::-1])
+        mask = np.zeros_like(labels)
+        cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 1)
+        if not labels[cv2.dilate(mask, GAP) > 0].any():
+            labels[mask > 0] = label
+    return replace(frame, labels=labels)
+
+
+def watch(first: int, worlds: int, scenes: int) -> Array:
+    """(n, columns) of all objects that are found."""
+    rows = list[list[float]]()
+    for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
+        world, rng = flat_world(number), np.random.default_rng([25, number])
+        segmenter = Segmenter(world_colours(number))
+        for scene in flat_frames(world, number, scenes, partial(crowd, world=world)):
+            rows += _rows(number, world, scene, segmenter, rng)
+    return np.array(rows)
+
+
+def _rows(
+    number: int, world: World, scene: FlatScene, segmenter: Segmenter, rng: np.random.Generator
+) -> list[list[float]]:
+    """Of one scene, searched at all scales or, in half of them, at about those that there are."""
+    config = RecognizerConfig(time_budget_ms=60000.0)
+    scales = true_scales([t for t in scene.frame.truths if t.placed.target in world.targets], scene.frame)
+    if scales and rng.random() < 0.5:
+        wider = float(np.exp(rng.uniform(*WIDER)))
+        config = replace(config, min_scale=min(scales) / wider, max_scale=max(scales) * wider)
+    if scene.picture is None:
+        field = LabelField(scene.frame.labels)
+    else:
+        field = LabelField(segmenter.codes(scene.picture), meaning=segmenter.meaning)
+    image, stage = ImageFrame(field, image=scene.picture).faced(), FacingStage(world.targets, config, field.meaning)
+    wanted = {label for d in stage.describers for labels in d.finder.surface.labels for label in labels}
+    blobs = find_blobs(image.field.labels, wanted, config)
+    accepted, _ = stage.verdicts(image, blobs, scale_limits(config, None))
+    left, out = list(scene.frame.truths), list[list[float]]()
+    for verdict in accepted:
+        there = next((t for t in left if is_there(verdict, t, image, scene)), None)
+        left = [t for t in left if t is not there]
+        (expected,), (fit,) = Chances(verdict.claim.finder).expected([verdict], image, blobs, accepted)
+        out.append([number, verdict.probability, expected, fit, sum(verdict.confirmed), there is not None])
+    return out
+
+
+def scored(rows: Mapping[str, Array], odds: Array) -> Array:
+    """(n,) as told with these odds."""
+    times = 1 + rows["expected"] * np.exp(odds[0] + odds[1] * rows["fit"])
+    return np.asarray(expit(logit(np.clip(rows["p"], 1e-6, 1 - 1e-6)) - np.log(times)))
+
+
+def fitted(rows: Mapping[str, Array]) -> Array:
+    """(2,) odds that make the scores likeliest, given what they were."""
+    return np.asarray(minimize(lambda w: log_loss(scored(rows, w), rows["right"]), (4.0, -2.0), method="Nelder-Mead").x)
+
+
+def report(name: str, p: Array, right: Array) -> None:
+    print(f"{name}: {len(p)}, log loss {log_loss(p, right):.3f}, expected error {expected_error(p, right):.3f}")
+    for low, high, n, mean, share in reliability(p, right):
+        print(f"  {low:4.2f} to {high:4.2f}: {n:5d}, told {mean:.3f}, right {share:.3f}")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--save", type=Path)
+    parser.add_argument("--load", type=Path, nargs="+")
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--worlds", type=int, default=120)
+    parser.add_argument("--scenes", type=int, default=12)
+    args = parser.parse_args()
+    if args.load:
+        values = np.concatenate([np.load(path)["rows"] for path in args.load])
+    else:
+        values = watch(args.first, args.worlds, args.scenes)
+    if args.save:
+        np.savez(args.save, rows=values)
+    even = values[:, 0] % 2 == 0
+    fit_on, rest = (dict(zip(COLUMNS, values[which].T, strict=True)) for which in (even, ~even))
+    odds = fitted(fit_on)
+    print("chance_odds", np.round(odds, 2).tolist(), f"of {even.sum()} objects")
+    report("without", rest["p"], rest["right"])
+    report("with", scored(rest, odds), rest["right"])
+
+
+if __name__ == "__main__":
+    main()

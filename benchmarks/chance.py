@@ -4,7 +4,7 @@ Fits `expert.verdict.chance_odds` on even-numbered worlds of flat objects made u
 whose components are hidden, amid patches with their outlines and classes; and tells of odd ones how often objects are
 there, by the scores as they would be without it, and with it.
 
-python benchmarks/chance.py --save found.npz [--first 0] [--worlds 120] [--scenes 12]
+python benchmarks/chance.py --save found.npz [--first 0] [--worlds 180] [--scenes 6]
 python benchmarks/chance.py --load found.npz [more.npz ...]
 """
 
@@ -39,14 +39,19 @@ from artrec_ros.core.verdict.chance import Chances
 from artrec_ros.simulation.simulator import SimulatedFrame
 
 PATCHES, HIDDEN = (0, 3, 10, 30, 100, 200), (0.0, 0.1, 0.4)  # of a scene, at most; share of components
+WIDER_VIEW = 2  # times as wide and as high as without the patches, that there may be many
 AS_LARGE = 0.15  # logarithm, by which patches are larger or smaller than an object's markers
 GAP = np.ones((5, 5), np.uint8)  # two pixels between a patch and anything else
-COLUMNS = "world", "p", "expected", "fit", "confirmed", "right"
+COLUMNS = "world", "p", "expected", "wide", "right"
+# Share of images that are taken to be as those in the wider view: it weighs them, whatever there are
+CROWDED = 1 / 4
 
 
 def crowd(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> SimulatedFrame:
-    """A frame with some components of its objects hidden, and patches like them where nothing is."""
+    """A frame with some components of its objects hidden and patches like them where nothing is, in half of the scenes
+    in a wider view."""
     frame = shaded(frame, rng, float(rng.choice(HIDDEN)))
+    frame = widened(frame, rng) if rng.random() < 0.5 else frame
     markers = [(m, t.label if c.label is None else c.label) for t in world.targets for c in t.model.components
                for m in c.markers]  # fmt: skip
     area = world.targets[0].model.required.markers[0].area
@@ -62,6 +67,17 @@ def crowd(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> Simu
         if not labels[cv2.dilate(mask, GAP) > 0].any():
             labels[mask > 0] = label
     return replace(frame, labels=labels)
+
+
+def widened(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:
+    """The same somewhere in a wider view."""
+    inner = np.array(frame.labels.shape[::-1])
+    left, top = rng.integers(0, (WIDER_VIEW - 1) * inner, endpoint=True).tolist()
+    labels, matrix = np.zeros(WIDER_VIEW * inner[::-1], np.uint8), frame.camera.matrix.copy()
+    labels[top : top + inner[1], left : left + inner[0]] = frame.labels
+    matrix[:2, 2] += left, top
+    size = WIDER_VIEW * int(inner[0]), WIDER_VIEW * int(inner[1])
+    return replace(frame, labels=labels, camera=replace(frame.camera, matrix=matrix, size=size))
 
 
 def watch(first: int, worlds: int, scenes: int) -> Array:
@@ -92,24 +108,32 @@ def _rows(
     wanted = {label for d in stage.describers for labels in d.finder.surface.labels for label in labels}
     blobs = find_blobs(image.field.labels, wanted, config)
     accepted, _ = stage.verdicts(image, blobs, scale_limits(config, None))
+    wide = scene.frame.labels.shape != scene.frame.colour.shape[:2]
     left, out = list(scene.frame.truths), list[list[float]]()
     for verdict in accepted:
         there = next((t for t in left if is_there(verdict, t, image, scene)), None)
         left = [t for t in left if t is not there]
-        (expected,), (fit,) = Chances(verdict.claim.finder).expected([verdict], image, blobs, accepted)
-        out.append([number, verdict.probability, expected, fit, sum(verdict.confirmed), there is not None])
+        if len(verdict.confirmed) > 1:
+            (expected,) = Chances(verdict.claim.finder).expected([verdict], image, blobs, accepted)
+            out.append([number, verdict.probability, expected, wide, there is not None])
     return out
 
 
 def scored(rows: Mapping[str, Array], odds: Array) -> Array:
     """(n,) as told with these odds."""
-    times = 1 + rows["expected"] * np.exp(odds[0] + odds[1] * rows["fit"])
+    times = 1 + np.exp(odds[0]) * rows["expected"] ** odds[1]
     return np.asarray(expit(logit(np.clip(rows["p"], 1e-6, 1 - 1e-6)) - np.log(times)))
 
 
 def fitted(rows: Mapping[str, Array]) -> Array:
     """(2,) odds that make the scores likeliest, given what they were."""
-    return np.asarray(minimize(lambda w: log_loss(scored(rows, w), rows["right"]), (4.0, -2.0), method="Nelder-Mead").x)
+    wide = rows["wide"] > 0
+
+    def loss(odds: Array) -> float:
+        p, right = scored(rows, odds), rows["right"]
+        return CROWDED * log_loss(p[wide], right[wide]) + (1 - CROWDED) * log_loss(p[~wide], right[~wide])
+
+    return np.asarray(minimize(loss, (0.0, 1.0), method="Nelder-Mead", bounds=((None, None), (0.1, None))).x)
 
 
 def report(name: str, p: Array, right: Array) -> None:
@@ -123,8 +147,8 @@ def main() -> None:
     parser.add_argument("--save", type=Path)
     parser.add_argument("--load", type=Path, nargs="+")
     parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--worlds", type=int, default=120)
-    parser.add_argument("--scenes", type=int, default=12)
+    parser.add_argument("--worlds", type=int, default=180)
+    parser.add_argument("--scenes", type=int, default=6)
     args = parser.parse_args()
     if args.load:
         values = np.concatenate([np.load(path)["rows"] for path in args.load])
@@ -136,8 +160,9 @@ def main() -> None:
     fit_on, rest = (dict(zip(COLUMNS, values[which].T, strict=True)) for which in (even, ~even))
     odds = fitted(fit_on)
     print("chance_odds", np.round(odds, 2).tolist(), f"of {even.sum()} objects")
-    report("without", rest["p"], rest["right"])
-    report("with", scored(rest, odds), rest["right"])
+    for name, which in (("usual", rest["wide"] == 0), ("crowded", rest["wide"] > 0)):
+        report(f"{name}, without", rest["p"][which], rest["right"][which])
+        report(f"{name}, with", scored(rest, odds)[which], rest["right"][which])
 
 
 if __name__ == "__main__":

@@ -1,13 +1,14 @@
-"""How many objects as good as one that is told chance makes of an image's blobs, and how much less sure that makes it.
+"""How many objects like one that is told chance makes of an image's blobs, and how much less sure that makes it.
 
 The curves of `acceptance.py` are fitted on images with few things of the objects' classes in them. Where many like
 patches lie about, some lie by chance as an object's components do: the more the more there are, and the fewer the more
-components are confirmed and the closer their outlines fit. This is the number of false alarms of the a contrario method
-(A. Desolneux, L. Moisan, J.-M. Morel, "Meaningful alignments", IJCV 40(1), 2000): how many places there are to try,
-times the probability that all lies so well at one of them.
+components are confirmed. This is the number of false alarms of the a contrario method (A. Desolneux, L. Moisan, J.-M.
+Morel, "Meaningful alignments", IJCV 40(1), 2000): how many places there are to try, times the probability that all
+components have something like them there.
 
 Blobs that other objects explain are none that chance could take, as far as these are sure: robots side by side do not
-make each other doubtful.
+make each other doubtful. One of which a single component is seen explains nothing: chance may have made as many of
+these as there are blobs.
 """
 
 from __future__ import annotations
@@ -61,23 +62,21 @@ class Chances:
 
         :param blobs: of the frame. :param among: all its objects, these too.
         """
-        at_first, by_outline = self._finder.config.verdict.chance_odds
-        expected, fit = self.expected(verdicts, frame, blobs, among)
-        return np.asarray(1 + expected * np.exp(at_first + by_outline * fit))
+        for_one, by_number = self._finder.config.verdict.chance_odds
+        return np.asarray(1 + np.exp(for_one) * self.expected(verdicts, frame, blobs, among) ** by_number)
 
     def expected(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]
-    ) -> tuple[Array, Array]:
-        """(H,) how many objects with the same components confirmed chance makes of the blobs that are left to it, of
-        each component within its marker's size of where it should be; and how well the outlines of all that is
-        confirmed fit together. None of what has one component: its looks alone say what it is."""
-        fit = np.array([sum(o for o, yes in zip(v.outline, v.confirmed, strict=True) if yes) for v in verdicts])
+    ) -> Array:
+        """(H,) how many objects with the same components confirmed chance makes of the blobs that are left to it, each
+        component within its marker's size of where it should be. None of what has one component: its looks alone say
+        what it is."""
         if not len(blobs) or len(self._finder.surface.labels) == 1:
-            return np.zeros(len(verdicts)), fit
+            return np.zeros(len(verdicts))
         seen = _Blobs.of(blobs)
-        sure = _sure(among, frame, seen)
+        explained, sure = _explained(among, frame, seen), np.array([_surety(v) for v in among])
         rows = [next(n for n, v in enumerate(among) if v is verdict) for verdict in verdicts]
-        return np.array([self._of(among[n], _left_to(sure, n), seen, frame) for n in rows]), fit
+        return np.array([self._of(among[n], _left_to(n, explained, sure), seen, frame) for n in rows])
 
     def _of(self, verdict: Verdict, free: Array, seen: _Blobs, frame: ImageFrame) -> float:
         """`expected` of one. :param free: (B,) how far each blob is left to chance."""
@@ -126,33 +125,38 @@ def _bears(finder: WholeObjectFinder, seen: _Blobs) -> NDArray[np.bool_]:
     return np.array([np.isin(seen.label, own) for own in finder.surface.labels])
 
 
-def _sure(among: Sequence[Verdict], frame: ImageFrame, seen: _Blobs) -> Array:
-    """(A, B) how sure it is that each object explains each blob."""
-    out = np.zeros((len(among), len(seen.label)))
+def _surety(verdict: Verdict) -> float:
+    """How sure it is that what an object explains is no clutter."""
+    together = sum(verdict.confirmed) > 1 or len(verdict.confirmed) == 1
+    return verdict.probability if together else 0.0
+
+
+def _explained(among: Sequence[Verdict], frame: ImageFrame, seen: _Blobs) -> NDArray[np.bool_]:
+    """(A, B) which blobs lie where objects have components of their classes."""
+    out = np.zeros((len(among), len(seen.label)), bool)
     for finder in dict.fromkeys(v.claim.finder for v in among):
         rows = [n for n, v in enumerate(among) if v.claim.finder is finder]
-        mine = [among[n] for n in rows]
-        out[rows] = np.array([v.probability for v in mine])[:, None] * _explained(finder, mine, frame, seen)
+        out[rows] = _explained_by(finder, [among[n] for n in rows], frame, seen)
     return out
 
 
-def _explained(
+def _explained_by(
     finder: WholeObjectFinder, verdicts: Sequence[Verdict], frame: ImageFrame, seen: _Blobs
 ) -> NDArray[np.bool_]:
-    """(H, B) on which blobs confirmed components of one target's objects lie."""
+    """(H, B) the same by one target's, be the component confirmed or not: what shows one badly is no other one's."""
     surface, poses = finder.surface, Poses.concatenate([v.claim.poses for v in verdicts])
     frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
     at = project(frame.camera, surface.place(frames, surface.sides.blobs[0], surface.component))
-    shown, confirmed = np.array([v.shown for v in verdicts]), np.array([v.confirmed for v in verdicts])
-    at = np.take_along_axis(at, np.maximum(shown, 0)[:, :, None], axis=1)[:, :, None]
+    shown, first = np.array([v.shown for v in verdicts]), [markers[0] for markers in surface.markers_of]
+    at = np.take_along_axis(at, np.where(shown < 0, first, shown)[:, :, None], axis=1)[:, :, None]
     inside = ((at >= seen.low) & (at <= seen.high)).all(axis=3)
-    return np.asarray((inside & confirmed[:, :, None] & _bears(finder, seen)).any(axis=1))
+    return np.asarray((inside & _bears(finder, seen)).any(axis=1))
 
 
-def _left_to(sure: Array, row: int) -> Array:
+def _left_to(row: int, explained: NDArray[np.bool_], sure: Array) -> Array:
     """(B,) how far each blob is left to chance: no other object explains it, and this one has not taken it."""
-    others = np.prod(1 - np.delete(sure, row, axis=0), axis=0)
-    return np.where(sure[row] > 0, 0.0, others)
+    others = np.delete(explained * sure[:, None], row, axis=0)
+    return np.where(explained[row], 0.0, np.prod(1 - others, axis=0))
 
 
 def by_chance(detection: Detection, times: float) -> Detection:

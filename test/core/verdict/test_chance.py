@@ -21,7 +21,7 @@ SIZE, SCALE = (480, 360), 100.0
 SQUARE = np.array([(-0.06, -0.06), (0.06, -0.06), (0.06, 0.06), (-0.06, 0.06)])
 AT = {"body": (0.0, 0.0), "left": (0.26, 0.07), "right": (-0.10, 0.23)}
 CLASSES = {"body": TEAM, "left": 4, "right": 5}
-NONE = (-20.0, 0.0)  # odds by which chance makes nothing
+NONE = (-20.0, 1.0)  # odds by which chance makes nothing
 
 
 def card(names=AT, joint=None):

@@ -213,9 +213,10 @@ class VerdictConfig(Room):
         origin="blur and shade make a patch a half larger or smaller, what slants it or hides half of it smaller",
     )
     chance_odds: tuple[float, ...] = param(
-        (8.8, -3.2),
-        "log odds against a flat object where one more like it is to be expected by chance, of blobs of its classes "
-        "and sizes that nothing explains: at first, and by how well each confirmed component's outline fits",
+        (-1.0, 1.9),
+        "log odds against a flat object of several components for what chance makes of blobs of their classes and "
+        "sizes that nothing explains: where one object more like it is to be expected of these, and for each unit of "
+        "the logarithm of how many are",
         low=-20,
         high=20,
         length=2,

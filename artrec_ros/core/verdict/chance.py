@@ -75,17 +75,19 @@ class Chances:
             return np.zeros(len(verdicts))
         seen = _Blobs.of(blobs)
         explained, sure = _explained(among, frame, seen), np.array([_surety(v) for v in among])
-        rows = [next(n for n, v in enumerate(among) if v is verdict) for verdict in verdicts]
-        return np.array([self._of(among[n], _left_to(n, explained, sure), seen, frame) for n in rows])
+        clutter, bears = np.prod(1 - explained * sure[:, None], axis=0), _bears(self._finder, seen)
+        own = {id(v): row for v, row in zip(among, explained, strict=True)}
+        free = [clutter * ~own[id(v)] for v in verdicts]
+        return np.array([self._of(v, f, bears, seen, frame) for v, f in zip(verdicts, free, strict=True)])
 
-    def _of(self, verdict: Verdict, free: Array, seen: _Blobs, frame: ImageFrame) -> float:
-        """`expected` of one. :param free: (B,) how far each blob is left to chance."""
+    def _of(self, verdict: Verdict, free: Array, bears: NDArray[np.bool_], seen: _Blobs, frame: ImageFrame) -> float:
+        """`expected` of one. :param free: (B,) how far each blob is left to chance. :param bears: see `_bears`."""
         confirmed, root = np.flatnonzero(verdict.confirmed), self._finder.root
         if not len(confirmed) or not free.any():
             return 0.0
         area_px = self._finder.surface.sides.blobs[1][np.array(verdict.shown)[confirmed]] * verdict.claim.scale**2
         ratio = self._finder.config.verdict.left_over_ratio
-        like = _bears(self._finder, seen)[confirmed] & (np.abs(np.log(seen.area_px / area_px[:, None])) < np.log(ratio))
+        like = bears[confirmed] & (np.abs(np.log(seen.area_px / area_px[:, None])) < np.log(ratio))
         count = like @ free
         first = int(np.argmax(confirmed == root))  # what chance takes for it is where the others are sought
         covered = np.delete(np.pi * area_px * count / np.prod(frame.size), first)
@@ -151,12 +153,6 @@ def _explained_by(
     at = np.take_along_axis(at, np.where(shown < 0, first, shown)[:, :, None], axis=1)[:, :, None]
     inside = ((at >= seen.low) & (at <= seen.high)).all(axis=3)
     return np.asarray((inside & _bears(finder, seen)).any(axis=1))
-
-
-def _left_to(row: int, explained: NDArray[np.bool_], sure: Array) -> Array:
-    """(B,) how far each blob is left to chance: no other object explains it, and this one has not taken it."""
-    others = np.delete(explained * sure[:, None], row, axis=0)
-    return np.where(explained[row], 0.0, np.prod(1 - others, axis=0))
 
 
 def by_chance(detection: Detection, times: float) -> Detection:

@@ -44,7 +44,7 @@ AS_LARGE = 0.15  # logarithm, by which patches are larger or smaller than an obj
 GAP = np.ones((5, 5), np.uint8)  # two pixels between a patch and anything else
 COLUMNS = "world", "p", "expected", "wide", "right"
 # Share of images that are taken to be as those in the wider view: it weighs them, whatever there are
-CROWDED = 1 / 4
+CROWDED = 1 / 10
 
 
 def crowd(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> SimulatedFrame:

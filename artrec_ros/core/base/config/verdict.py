@@ -213,7 +213,7 @@ class VerdictConfig(Room):
         origin="blur and shade make a patch a half larger or smaller, what slants it or hides half of it smaller",
     )
     chance_odds: tuple[float, ...] = param(
-        (-1.0, 1.9),
+        (0.0, 1.3),
         "log odds against a flat object of several components for what chance makes of blobs of their classes and "
         "sizes that nothing explains: where one object more like it is to be expected of these, and for each unit of "
         "the logarithm of how many are",
@@ -221,7 +221,8 @@ class VerdictConfig(Room):
         high=20,
         length=2,
         paths=("facing",),
-        origin="benchmarks/chance.py",
+        origin="benchmarks/chance.py; of what is told wrongly at .5 or more amid many like patches, in worlds that it was "
+        "not fitted on, 1516 -> 238, of what is there .92 are told still; in usual scenes .97",
     )
     identity_independent: float = param(
         0.05,

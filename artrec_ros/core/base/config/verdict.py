@@ -221,8 +221,8 @@ class VerdictConfig(Room):
         high=20,
         length=2,
         paths=("facing",),
-        origin="benchmarks/chance.py; of what is told wrongly at .5 or more amid many like patches, in worlds that it was "
-        "not fitted on, 1516 -> 238, of what is there .92 are told still; in usual scenes .97",
+        origin="benchmarks/chance.py; amid many like patches, in worlds that it was not fitted on, what is wrong at .5 "
+        "or more 1516 -> 238, and of what is there and was told .92 is told still; in usual scenes .97",
     )
     identity_independent: float = param(
         0.05,

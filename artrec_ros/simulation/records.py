@@ -25,7 +25,8 @@ def truth_record(frame: SimulatedFrame) -> dict[str, Any]:
 
     An object's `components` are named COMPONENT for the marker that shows that component best, COMPONENT@MARKER
     for its other markers that face the camera. Of a box, cylinder or ball of one colour
-    COMPONENT is all of it that shows, of the required one beside each of its sides.
+    COMPONENT is all of it that shows, beside each of its sides; of a ball, whose sides nobody tells apart, only where
+    it is the required one.
     """
     return {"stamp_ns": frame.stamp_ns, "objects": [_object_record(truth) for truth in frame.truths]}
 
@@ -56,11 +57,12 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
 
 
 def _whole(ranked: Sequence[MarkerTruth], target: Target, balls_px: Mapping[str, Array]) -> list[MarkerTruth]:
-    """The same with solids as one; the sides of the required one, too: where others hide most of it, one may be in full
-    view. A ball is where its centre is, whatever hides part of it."""
+    """The same with solids as one, and their sides, too: a component is told by the side that shows it best, and where
+    others hide most of it, one may be in full view. A ball is where its centre is, whatever hides part of it."""
     solids = [c.name for c in target.model.components if c.name in target.solids]
     sides = [[m for m in ranked if m.component == name] for name in solids]
-    left = [m for m in ranked if m.component not in solids or m.component == target.model.required.name]
+    alone = target.balls.keys() - {target.model.required.name}
+    left = [m for m in ranked if m.component not in alone]
     whole = [_all_of(of) for of in sides if of]
     at = [m.centre if m.centre is None else balls_px.get(m.component, m.centre) for m in whole]
     return [*(replace(m, centre=centre) for m, centre in zip(whole, at, strict=True)), *left]

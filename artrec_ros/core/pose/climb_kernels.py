@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.jit import jit, lean
 from ..geometry.pixel_kernels import LabelView
-from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, turn_by
+from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_seen, turn_by
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import Scores, score_hypothesis
 
@@ -107,7 +107,7 @@ def whole_votes(
     :param moved: (C,) components that are elsewhere than `body.scores` are of.
     """
     copy_scores(body.scores, body.tried)
-    place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
+    place_seen(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
     score_hypothesis(s, body.R, body.t, patches, moved, view, limits, value.occlusion, room, body.tried)
     return total(s, value, body.tried.votes, body.tried.area_px, body.sums)
 

@@ -37,7 +37,8 @@ class BodyBoxes:
             corners = (_CORNERS * half) @ R.T + t
             for p, patch in enumerate(patches):
                 above = (corners - patch.inside[0]) @ patch.normal
-                out[p, b] = patch.component == component and above.max() < _FLUSH_M
+                ball = patch.marker is not None and patch.marker.is_ball  # whose box lies within
+                out[p, b] = patch.component == component and (ball or above.max() < _FLUSH_M)
         return out
 
 

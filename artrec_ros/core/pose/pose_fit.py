@@ -150,7 +150,7 @@ def contour_fit(
 ) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
-    chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
+    chain, which = kin.seen(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     point, normal, spacing_px = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2])
     residual, weight, jacobian = np.empty(size), np.empty(size), np.empty((*size, 6 + kin.n_joints))
     shown, joints = model.shown_contour(poses, use), _joints(kin)

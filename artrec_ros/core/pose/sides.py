@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array
-from ..model.solids import ball_centres, middle_of, shadow_m2
+from ..model.solids import balls_of, middle_of, shadow_m2
 from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX
 
 if TYPE_CHECKING:
@@ -30,8 +30,8 @@ class Sides:
 
     @cached_property
     def balls(self) -> frozenset[int]:
-        """Components of which no picture tells how they are turned: see `ball_centres`."""
-        return frozenset(ball_centres(self._surface.patches))
+        """Components of which no picture tells how they are turned."""
+        return frozenset(balls_of(self._surface.patches))
 
     @cached_property
     def blobs(self) -> tuple[Array, Array]:
@@ -42,7 +42,7 @@ class Sides:
         for c, markers in enumerate(surface.markers_of):
             sides = [surface.patches[p] for p in markers]
             if c in surface.solids:
-                middle[markers], area[markers] = middle_of(sides), shadow_m2(sides, ball=c in self.balls)
+                middle[markers], area[markers] = middle_of(sides), shadow_m2(sides)
             else:
                 middle[markers] = np.array([side.drawn[0] for side in sides]).reshape(-1, 3)
         return middle, area
@@ -63,7 +63,7 @@ class Sides:
 
     def in_view(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
         """(H, M) which markers are turned to the camera and end a pixel or more from where they begin."""
-        frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = self._surface.kinematics.seen(poses.R, poses.t, poses.q)
         R, t = frames.R[:, self._of], frames.t[:, self._of]
         sight = (R @ self._middles[..., None])[..., 0] + t
         cosine = -((R @ self._normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)

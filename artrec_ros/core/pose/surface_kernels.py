@@ -35,6 +35,7 @@ class Surface(NamedTuple):
     most: Any  # (P,)
     points: Any  # (3, n)
     role: Any  # (P,)
+    bulge: Any  # (P,) by how much what it stands for lies before it, metres: a ball's radius; else 0
     contour: Any  # (M, 3, m)
     contour_along: Any  # (M, 3, m) unit directions of the contour, counter-clockwise as seen from the front
     perimeter: Any  # (M,)
@@ -161,6 +162,18 @@ def room_of(s: Surface) -> Room:
         np.empty(m, np.int32), is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
         behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)), np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
+
+
+@inlined
+def surface_share(s: Surface, p: int, depth: float, end: float) -> float:
+    """Share of the way to a point of a patch beyond which nothing hides it: of a ball's disc where the ball begins.
+
+    :param depth: of its middle, metres. :param end: of others.
+    """
+    bulge = s.bulge[p]
+    if bulge == 0.0:
+        return end
+    return end * max(math.sqrt(depth * depth + bulge * bulge) - bulge, 0.0) / max(depth, LEAST_DEPTH_M)
 
 
 @inlined

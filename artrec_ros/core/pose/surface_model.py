@@ -154,6 +154,9 @@ class SpatialModel:
             most=np.array([len(p.finer) for p in self.patches]),
             points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.role,
+            bulge=np.array(
+                [p.marker.radius if p.marker is not None and p.marker.is_ball else 0.0 for p in self.patches]
+            ),
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,
@@ -289,7 +292,7 @@ class SpatialModel:
 
     def shown_contour(self, poses: Poses, use: np.ndarray) -> NDArray[np.bool_]:
         """(H, M, m) which points of the contours of the markers in use (H, M) no box hides from the camera."""
-        frames = self.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = self.kinematics.seen(poses.R, poses.t, poses.q)
         out = np.zeros((len(poses), len(self.markers), self.contour.shape[1]), bool)
         used = np.ascontiguousarray(use)
         shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)

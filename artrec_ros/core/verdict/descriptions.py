@@ -96,7 +96,7 @@ class Describer:
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
-        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
         parts, view = self._in_view.of(verdicts, told, frames, frame, among)
         parts = parts if layouts is None else self._showing(parts, layouts)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, locate, project, turned
-from ..model.chain_kernels import Chain, place_all
+from ..model.chain_kernels import Chain, place_seen
 from ..pose.covering_kernels import COVERED, cover
 from ..pose.surface_kernels import (
     LEAST_DEPTH_M,
@@ -293,7 +293,7 @@ def examine(
     frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
     joints, room, rims = np.empty((2, n_joints, 3)), room_of(s), np.empty(n_c)
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if by.overlaps:
             cover(s, frames_R, frames_t, view, limits, room)
         confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found, rims)

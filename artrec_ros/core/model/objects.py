@@ -70,8 +70,8 @@ class Marker:
     @property
     def radius(self) -> float:
         """Metres: twice the area over the perimeter, a disc's radius. An edge all around that errs, errs the scale by
-        its share of this."""
-        return 2 * self.area / self.perimeter
+        its share of this. Of a ball its own, whose outline has a circle's area."""
+        return float(np.sqrt(self.area / np.pi)) if self.is_ball else 2 * self.area / self.perimeter
 
     @cached_property
     def centroid(self) -> Array:

@@ -7,10 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from ..base.config import GuessesConfig, SearchConfig
+from ..geometry.spread import all_turns
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.objects import ObjectModel
 from ..model.same_turns import same_turns
-from .bends import all_turns
 from .surface_model import Poses, SpatialModel
 
 

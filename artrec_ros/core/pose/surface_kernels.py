@@ -39,6 +39,7 @@ class Surface(NamedTuple):
     contour: Any  # (M, 3, m)
     contour_along: Any  # (M, 3, m) unit directions of the contour, counter-clockwise as seen from the front
     perimeter: Any  # (M,)
+    half_width: Any  # (M,) metres, of the side of a solid that of all of it
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)
     open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
@@ -90,12 +91,12 @@ def is_turned_here(s: Surface, p: int, cosine: float, depth: float, f2: float, l
 @inlined
 def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """How many times as far from the outline of marker `k` as `ring_px` rim and ring are looked at: of a wide one
-    farther, for its file, its camera's calibration and the fit are off by shares of its size. Twice the area over the
-    perimeter is half the width of a square as of a strip.
+    farther, for its file, its camera's calibration and the fit are off by shares of its size; of the side of a solid by
+    shares of the solid's.
 
     :param depth: of its middle, metres. :param f2: square of the focal length, pixels.
     """
-    half_px = 2 * s.area[s.patch_of[k]] / s.perimeter[k] * math.sqrt(f2) / max(depth, LEAST_DEPTH_M)
+    half_px = s.half_width[k] * math.sqrt(f2) / max(depth, LEAST_DEPTH_M)
     return max(1.0, limits.ring_share * half_px / limits.ring_px)
 
 

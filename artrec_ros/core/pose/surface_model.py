@@ -160,6 +160,7 @@ class SpatialModel:
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,
+            half_width=self.sides.half_widths,
             ring_role=self.ring_role,
             rim_role=self.rim_role,
             open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.spread import spread, turns_at
 from ..geometry.transforms import Array, rotation_from_rotvec, short_way
-from .bends import spread, turns_at
 from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
 

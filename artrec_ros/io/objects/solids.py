@@ -21,7 +21,7 @@ _SIDES = {
     "bottom": ((0, 0, -1), (1, 0, 0), (0, -1, 0)),
 }
 _ROUND = 12  # sides of a cylinder: with 8 cans came out 1.5 % too near, with 12 half a percent
-_BALL_CORNERS = 64  # of a ball's outline: it lacks 0.16 % of a circle's area
+_BALL_CORNERS = 64  # of a ball's outline: of a circle's area, it stands out of it by a thousandth of its radius
 Solid = tuple[tuple[Marker, ...], tuple[Box, ...]]
 
 
@@ -56,13 +56,11 @@ def cylinder_solid(radius_m: float, length_m: float, T: Pose) -> Solid:
 
 def ball_solid(radius_m: float, T: Pose) -> Solid:
     """One about the origin of a pose: a disc that faces the camera, and a cube that its surface holds."""
-    outline = radius_m * _circle(2 * np.pi * np.arange(_BALL_CORNERS) / _BALL_CORNERS)
+    as_large = math.sqrt(2 * math.pi / (_BALL_CORNERS * math.sin(2 * math.pi / _BALL_CORNERS)))
+    outline = as_large * radius_m * _circle(2 * np.pi * np.arange(_BALL_CORNERS) / _BALL_CORNERS)
     at = Pose(np.eye(3), T.position)  # it looks the same however it is turned
-    return (Marker("ball", outline, *default_axis(outline), None, at, is_ball=True),), (_cube_in(radius_m, at),)
-
-
-def _cube_in(radius_m: float, T: Pose) -> Box:
-    return Box(T, np.full(3, 2 * radius_m / 3**0.5))
+    cube = Box(at, np.full(3, 2 * radius_m / 3**0.5))
+    return (Marker("ball", outline, *default_axis(outline), None, at, is_ball=True),), (cube,)
 
 
 def _around(whole: Box, flat_m: float, width_m: float) -> Iterator[Marker]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from settings import settings
-from solids import BLUE, BODY, RED, camera_of, render
+from solids import BLUE, BODY, RED, camera_of, marker, render
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.projection import project
@@ -156,14 +154,16 @@ def test_what_a_ball_carries_is_where_its_joint_takes_it():
     np.testing.assert_allclose(np.einsum("ci,ci->c", seen.R[0, :, :, 2], at / np.linalg.norm(at, axis=1)[:, None]), -1)
 
 
-@pytest.mark.parametrize(("nearer_m", "share"), [(0.0, 1.0), (0.2, 0.5)])
-def test_a_ball_stands_out_of_what_is_in_it(nearer_m, share):
+@pytest.mark.parametrize("nearer_m", [0.0, 0.2])
+def test_a_ball_stands_out_of_what_is_in_it(nearer_m):
     """A rod through its middle hides nothing of it, one before it does."""
     model, true = arm(), somewhere(3)
     towards = true.R[0].T @ -true.t[0] / np.linalg.norm(true.t[0])
-    rod = Box(Pose.from_xyz_rpy(nearer_m * towards), np.array([0.1, 0.1, 0.5]))
-    base, *others = model.components
-    model = ObjectModel("arm", (replace(base, bodies=(rod,)), *others))
+    rod = Box(Pose.from_xyz_rpy(nearer_m * towards), np.array([0.04, 0.04, 0.04]))
+    joint = Joint("base", Pose.identity(), np.array([0.0, 0.0, 1.0]), 0.0, 0.0, "fixed")
+    sign = marker("sign", 0.02 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]]), np.eye(3), (0, 0, 0.1))
+    link = Component("link", (sign,), label=HAND, joint=joint, bodies=(rod,))
+    model = ObjectModel("arm", (*model.components, link))
     surface = SpatialModel(model, RED, settings().votes)
     shown = surface.shown(surface.kinematics.seen(true.R, true.t, true.q), surface.markers[:1], 36)
-    assert shown.mean() == 1 if share == 1 else shown.mean() < share
+    assert shown.mean() == 1 if nearer_m == 0 else shown.mean() < 0.9

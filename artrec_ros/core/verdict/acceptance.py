@@ -160,7 +160,7 @@ class Verdict:
     @property
     def doubt(self) -> str:
         """What speaks against a claim: what is not confirmed of it."""
-        fits = f"fits by {self.evidence.edge:.2f} (1: all around)"
+        fits = f"fits by {self.evidence.edge:.2f} (1: all around; below 0: its class goes on, or ends within)"
         if self.case.startswith("alone"):
             several = len(self.claim.finder.surface.model.components) > 1
             return f"its outline {fits}{', and no other component should be in view' if several else ''}"

@@ -197,7 +197,7 @@ class Component:
     @property
     def ball(self) -> Marker | None:
         """What shows it where it is a ball, and nothing else does."""
-        return self.markers[0] if self.markers[0].is_ball else None
+        return next((m for m in self.markers if m.is_ball), None)
 
     @property
     def is_disc(self) -> bool:

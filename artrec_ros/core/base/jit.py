@@ -33,6 +33,16 @@ def lean(function: Any) -> Any:
         return jit(function)
 
 
+def melted(function: Any) -> Any:
+    """`lean`, and the optimiser puts the code into each of its callers: a call copies every number of the arrays that
+    it hands on, some 500 for a surface, a camera and room to work in, which took a third of the time of counting votes.
+    """
+    try:
+        return jit(function, _nrt=False, forceinline=True)
+    except (KeyError, TypeError):  # a numba that has no such options
+        return jit(function)
+
+
 def inlined(function: Any) -> Any:
     """Compile a function into each of its callers: to hand over a surface's arrays would cost more than it does."""
     return numba.njit(inline="always", **_OPTIONS)(function)

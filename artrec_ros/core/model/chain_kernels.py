@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import jit, lean
+from ..base.jit import jit, lean, melted
 
 _LEAST_NEARER = 0.01  # of a ball that the camera is in
 
@@ -74,7 +74,7 @@ def copy_frame(R: Any, t: Any, R_out: Any, t_out: Any) -> None:
         t_out[i] = t[i]
 
 
-@lean
+@melted
 def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin: Any, turn: Any, rest: Any) -> None:
     """Frame of component `c` at a joint value, from its parent's; R (C, 3, 3), t (C, 3) of one hypothesis.
 
@@ -98,7 +98,7 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
                 t[c, i] += axis[i] * value
 
 
-@lean
+@melted
 def place_all(
     chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any, scratch: Any
 ) -> None:

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, lean, melted
 from ..model.chain_kernels import Chain, place_seen, turn_by
 from .contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from .damping_kernels import Damping, add_damping, shorten
@@ -98,7 +98,7 @@ class FitRoom(NamedTuple):
     edges: EdgeRoom
 
 
-@lean
+@melted
 def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, q: Any, room: FitRoom) -> None:
     """Fit hypothesis `h`, R (3, 3), t (3,), q (J,), in place."""
     for step in range(len(terms.contours.edges.reach)):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, locate
 from ..model.chain_kernels import Chain, copy_frame, place, see
 from .surface_kernels import (
@@ -58,7 +58,7 @@ def patch_bound(
     return (total * share * parted if total > 0.0 else total * share) + mean * ring
 
 
-@lean
+@melted
 def best_joint(
     s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: LabelView, limits: SurfaceLimits,
     most: Any, scratch: Any, room: Room,
@@ -101,7 +101,7 @@ def best_joint(
     return best_value
 
 
-@lean
+@melted
 def search_one(
     s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any,
     view: LabelView, limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,

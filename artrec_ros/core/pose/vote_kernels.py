@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, locate, turned
 from ..model.chain_kernels import Chain, place_seen
 from .covering_kernels import COVERED, cover, hide_by_markers
@@ -99,7 +99,7 @@ def score_patches(
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
 
 
-@lean
+@melted
 def score_hypothesis(
     s: Surface, R: Any, t: Any, patches: Any, moved: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool,
     room: Room, scores: Scores,

@@ -195,7 +195,7 @@ class Describer:
             one, *left = left
             first.append(one)
             if left:
-                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)
+                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)[:, 0]
                 left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
         return first
 

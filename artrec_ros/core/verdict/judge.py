@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -20,7 +20,7 @@ from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
 NO_DIRECTION = "nothing but one component is seen, a disc, which tells no direction"
-_WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
+_WITHOUT_REQUIRED = np.array([case.startswith(("unseen", "faded")) for case in CASES])
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ class Judge:
         shown = verdicts.required_shown
         if not unseen:
             return shown
-        return np.asarray(shown | np.isin(verdicts.case, _WITHOUT_REQUIRED))
+        return np.asarray(shown | _WITHOUT_REQUIRED[verdicts.case])
 
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
@@ -149,6 +149,20 @@ class Judge:
         if verdict.probability < self.min_probability:
             return too_low(verdict.probability, self.min_probability, verdict.doubt)
         return None
+
+
+class FirstLooks:
+    """Verdicts on candidates of one frame while nobody owns pixels: where some more come they are the same."""
+
+    def __init__(self) -> None:
+        self._of: dict[tuple[int, int], tuple[Poses, Verdicts]] = {}
+
+    def at(self, poses: Poses, first: int, look: Callable[[], Verdicts]) -> Verdicts:
+        """Verdicts on some of these poses, from the `first` on. :param look: makes them where they are not known."""
+        key = id(poses), first
+        if key not in self._of:
+            self._of[key] = poses, look()  # while the poses are there none else has their number
+        return self._of[key][1]
 
 
 def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:

@@ -208,9 +208,10 @@ class FacingSearch:
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked, rivals: int) -> NDArray[np.int64]:
         """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
         must look at."""
-        order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
-        order = order[found.votes[order] > self._config.verdict.min_votes]
-        poses = found.poses[order]
+        rows = np.flatnonzero(found.votes > self._config.verdict.min_votes)
+        poses = found.poses[rows]
+        best = np.argsort(self.finder.alternatives.contradicted(frame, poses) - found.votes[rows], kind="stable")
+        order, poses = rows[best], poses[best]
         anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
+from itertools import accumulate, pairwise
 
 import cv2
 import numpy as np
@@ -224,9 +225,9 @@ class LabelField:
         height, width = self.codes.shape
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
         codes = bordered[1:-1, 1:-1]
-        for corners in solids:
-            fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
+        fine = np.rint(np.clip(np.concatenate(solids), -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+        for first, last in pairwise([0, *accumulate(map(len, solids))]):
+            cv2.fillConvexPoly(codes, cv2.convexHull(fine[first:last]), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded, rest._before = codes, bordered.ravel(), self.unowned
         rest.hides = nearer

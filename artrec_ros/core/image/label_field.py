@@ -190,7 +190,8 @@ class LabelField:
         means[list(self.on_bodies)] = UNTOLD
         means[[*_NO_CLASS, label]] = SILENT
         labels, looks = self.padded_labels, _around(self._reach_px)
-        mine = self._borders[labels[self._borders] == label]
+        borders, theirs = self._borders
+        mine = borders[theirs == label]
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
@@ -202,15 +203,17 @@ class LabelField:
         return int(np.ceil(self._config.reach_px))
 
     @cached_property
-    def _borders(self) -> NDArray[np.int64]:
-        """Indices in `padded_labels` of the pixels where a label ends, all in a seam's reach in the image."""
+    def _borders(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        """Indices in `padded_labels` of the pixels where a label ends, all in a seam's reach in the image; and their
+        labels."""
         (height, width), around, edge = self.codes.shape, np.ones((3, 3), np.uint8), self._reach_px + 1
         labels = self.padded_labels.reshape(height + 2, width + 2)
         ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)
         ends[:edge], ends[-edge:], ends[:, :edge], ends[:, -edge:] = 0, 0, 0, 0
         places = cv2.findNonZero(ends)  # several times as fast as numpy's
         columns, rows = (np.empty((0, 2)) if places is None else places).reshape(-1, 2).T.astype(np.int64)
-        return rows * (width + 2) + columns
+        borders = rows * (width + 2) + columns
+        return borders, self.padded_labels[borders]
 
     @property
     def unowned(self) -> LabelField:

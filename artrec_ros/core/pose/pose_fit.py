@@ -103,6 +103,8 @@ def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> 
 def of_some(terms: Terms, part: slice) -> Terms:
     """The terms of some of the hypotheses."""
     of = terms.contours
+    if part == slice(0, len(of.use)):
+        return terms
     seen = of._replace(use=of.use[part], shown=of.shown[part], at_edges=of.at_edges[part])
     return Terms(seen, terms.joints._replace(free=terms.joints.free[part]), terms.damping)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..base.jit import LANES
-from ..geometry.transforms import Array, rows_of
+from ..geometry.transforms import Array, numbers_of, rows_of
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
@@ -45,11 +45,15 @@ class Poses:
         return len(self.R)
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
-        return Poses(*rows_of(index, self.R, self.t, self.q))
+        if isinstance(index, slice):
+            return Poses(self.R[index], self.t[index], self.q[index])
+        rows = numbers_of(index)
+        return Poses(self.R.take(rows, 0), self.t.take(rows, 0), self.q.take(rows, 0))
 
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
-        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "q")))
+        R, t, q = [p.R for p in parts], [p.t for p in parts], [p.q for p in parts]
+        return cls(np.concatenate(R), np.concatenate(t), np.concatenate(q))
 
 
 @dataclass(frozen=True)

@@ -163,8 +163,9 @@ class LeftOvers:
         off, usual = np.linalg.norm(middles[:, None] - pixels[shown], axis=2), np.median(scale[shown])
         for c in missing:
             mine = np.flatnonzero(self._of == c)
-            of_class = (label[:, None] == self._finder.surface.labels[c]).any(axis=1)
-            alike = of_class & self._as_large(area_px, self._area[mine] * usual**2)
+            alike = self._as_large(area_px, self._area[mine] * usual**2)
+            if alike.any():
+                alike &= (label[:, None] == self._finder.surface.labels[c]).any(axis=1)
             if not alike.any():
                 continue
             own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one

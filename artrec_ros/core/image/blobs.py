@@ -48,10 +48,20 @@ class Blob:
         """(n, 1, 2) the contour as OpenCV takes it."""
         return self.contour.astype(np.float32)[:, None]
 
+    @cached_property
+    def middle(self) -> Array:
+        """(2,) of its contour, pixels."""
+        return np.asarray(self.contour.mean(axis=0), np.float64)
+
+    @cached_property
+    def box(self) -> NDArray[np.int64]:
+        """(2, 2) least and greatest x, y of its pixels."""
+        return np.array([self.pixels.min(axis=0), self.pixels.max(axis=0)], np.int64)
+
 
 def centres(blobs: Sequence[Blob]) -> Array:
     """(n, 2) the middles of blobs' contours, pixels."""
-    return np.array([b.contour.mean(axis=0) for b in blobs]).reshape(-1, 2)
+    return np.array([b.middle for b in blobs]).reshape(-1, 2)
 
 
 def solidity(outline: Array) -> float:

@@ -11,7 +11,7 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
+from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing, OtherTurn, Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.other_ways import LEAST_BEND, OtherWays
@@ -102,12 +102,13 @@ class Describer:
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
         detections = [
-            replace(
-                self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
-            )
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks)
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
+        detections = [
+            d if e is None else replace(_beside(d, e), other_turn=None)
+            for d, e in zip(detections, rest.elsewhere, strict=True)
+        ]
         detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
         ways = self._other_ways.of(shows, poses, seen, rest.used)
         detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
@@ -154,6 +155,7 @@ class Describer:
         parts: tuple[Instance, ...],
         covariance: Array | None,
         identity: IdentityFit | None,
+        missing: tuple[Missing, ...],
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
@@ -185,6 +187,7 @@ class Describer:
             None if covariance is None else covariance[:6, :6].copy(),
             identity=identity,
             joint_deviations=deviations,
+            missing=missing,
         )
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:

@@ -220,7 +220,7 @@ def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver)
         for name, deviation in detection.joint_deviations.items()
     }
     names = [c.name for c in finder.target.model.components]
-    at = {names[c]: blob.contour.mean(axis=0).tolist() for c, blob in left.blobs.items()}
+    at = {names[c]: blob.middle.tolist() for c, blob in left.blobs.items()}
     lacks = tuple(
         Missing(m.component, "elsewhere", *at[m.component]) if m.component in at else m for m in detection.missing
     )

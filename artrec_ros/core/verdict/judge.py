@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
@@ -32,6 +33,7 @@ class Judge:
     :param reach: where objects are looked for.
     :param unseen: whether an object whose required component cannot be seen is told. Its pixels it owns in any case:
         they are no other's.
+    :param asked: what `trust_and_place` was asked before, of one frame; None: it does not note it.
     """
 
     min_votes: float
@@ -39,6 +41,7 @@ class Judge:
     min_components: int = 0
     reach: Reach = Reach()
     unseen: bool = False
+    asked: dict[tuple[int, int, bytes], tuple[LabelField, tuple[float, bool]]] | None = None
 
     @classmethod
     def of(cls, config: RecognizerConfig) -> Judge:
@@ -113,8 +116,17 @@ class Judge:
         outline, it may lie across other ones, of an object whose own is elsewhere."""
         if not len(poses):
             return 0.0, False
-        verdict = self.verdicts(finder, poses[:1], frame)[0]
-        return self.trust(verdict), not verdict.confirmed[finder.root] or verdict.evidence.rim >= 0
+        one, asked = poses[:1], {} if self.asked is None else self.asked
+        key = id(finder), id(frame.field), b"".join(values.tobytes() for values in (one.R, one.t, one.q))
+        if key not in asked:
+            verdict = self.verdicts(finder, one, frame)[0]
+            placed = not verdict.confirmed[finder.root] or verdict.evidence.rim >= 0
+            asked[key] = frame.field, (self.trust(verdict), placed)  # while the field is there none else has its number
+        return asked[key][1]
+
+    def in_one_frame(self) -> Judge:
+        """The same, that knows what it was asked before: a hypothesis is, where it is found, and where it is taken."""
+        return replace(self, asked={})
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""

@@ -167,11 +167,11 @@ class FirstLooks:
     """Verdicts on candidates of one frame while nobody owns pixels: where some more come they are the same."""
 
     def __init__(self) -> None:
-        self._of: dict[tuple[int, int], tuple[Poses, Verdicts]] = {}
+        self._of: dict[tuple[int, int, int], tuple[Poses, Verdicts]] = {}
 
-    def at(self, poses: Poses, first: int, look: Callable[[], Verdicts]) -> Verdicts:
-        """Verdicts on some of these poses, from the `first` on. :param look: makes them where they are not known."""
-        key = id(poses), first
+    def at(self, finder: WholeObjectFinder, poses: Poses, first: int, look: Callable[[], Verdicts]) -> Verdicts:
+        """Verdicts on some of a target's poses, from the `first` on. :param look: makes them where none are known."""
+        key = id(finder), id(poses), first
         if key not in self._of:
             self._of[key] = poses, look()  # while the poses are there none else has their number
         return self._of[key][1]

@@ -87,8 +87,8 @@ class _Field:
             for g, (begin, end) in enumerate(pairwise(self._first)):
                 rows = np.arange(min(begin + first, end), min(begin + first + _AT_ONCE, end))
                 if len(rows):
-                    look = partial(self._judge_of, g, rows, frame)
-                    looks[g].append((rows, self._note(g, rows, known.at(self._groups[g].poses, first, look))))
+                    group, look = self._groups[g], partial(self._judge_of, g, rows, frame)
+                    looks[g].append((rows, self._note(g, rows, known.at(group.finder, group.poses, first, look))))
         for g, mine in enumerate(looks):
             if mine and self._groups[g].may_swell and not frame.deadline.expired:
                 self._look_swollen(g, mine)

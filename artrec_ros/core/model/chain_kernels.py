@@ -116,7 +116,7 @@ def place_all(
             place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
 
 
-@lean
+@melted
 def face_camera(chain: Chain, R: Any, t: Any) -> None:
     """Turn the frames (C, 3, 3), (C, 3) of components that are balls so that their discs look like them: square to the
     line of sight, and as much nearer as a ball's outline is, which the rays that touch it draw."""
@@ -125,7 +125,7 @@ def face_camera(chain: Chain, R: Any, t: Any) -> None:
             face_camera_alone(chain.ball[c], chain.middle[c], R[c], t[c])
 
 
-@lean
+@melted
 def see(chain: Chain, c: int, R: Any, t: Any, A: Any, b: Any) -> None:
     """Fill A (3, 3), b (3,) with the frame of component `c` as the camera sees it, of R (C, 3, 3), t (C, 3)."""
     copy_frame(R[c], t[c], A, b)
@@ -154,7 +154,7 @@ def face_camera_alone(radius: float, m: Any, A: Any, b: Any) -> None:
         b[i] = -nearer * far * A[i, 2] - A[i, 0] * m[0] - A[i, 1] * m[1] - A[i, 2] * m[2]
 
 
-@lean
+@melted
 def place_seen(
     chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any, scratch: Any
 ) -> None:

@@ -77,7 +77,7 @@ class FacingSearch:
         place, area = project(frame.camera, anchors), self._largest * (frame.camera.focal_px / anchors[:, 2]) ** 2
         out = []
         for b in (b for b in blobs if b.label in self.finder.root_labels):
-            inside = ((place >= b.pixels.min(axis=0)) & (place <= b.pixels.max(axis=0))).all(axis=1)
+            inside = ((place >= b.box[0]) & (place <= b.box[1])).all(axis=1)
             if inside.any() and b.area_px - area[inside].sum() >= share * area[inside].min():
                 out.append(b)
         return out
@@ -91,7 +91,7 @@ class FacingSearch:
         least_px = self._config.facing.least_area_share * self._largest * (rest.camera.focal_px / depth.max()) ** 2
         found_in = find_blobs(rest.field.labels, self.finder.root_labels, self._config)
         left = [piece for piece in found_in if piece.area_px >= least_px]
-        low, high = np.array([b.pixels.min(axis=0) for b in blobs]), np.array([b.pixels.max(axis=0) for b in blobs])
+        low, high = np.array([b.box for b in blobs]).swapaxes(0, 1)
         at = centres(left)[:, None]
         inside = np.any(np.all((at >= low) & (at <= high), axis=2), axis=1)
         return [piece for piece, yes in zip(left, inside.tolist(), strict=True) if yes]
@@ -208,9 +208,10 @@ class FacingSearch:
     def _few_of_each_place(self, frame: ImageFrame, found: Ranked, rivals: int) -> NDArray[np.int64]:
         """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
         must look at."""
-        order = np.argsort(self.finder.alternatives.contradicted(frame, found.poses) - found.votes, kind="stable")
-        order = order[found.votes[order] > self._config.verdict.min_votes]
-        poses = found.poses[order]
+        rows = np.flatnonzero(found.votes > self._config.verdict.min_votes)
+        poses = found.poses[rows]
+        best = np.argsort(self.finder.alternatives.contradicted(frame, poses) - found.votes[rows], kind="stable")
+        order, poses = rows[best], poses[best]
         anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other

@@ -27,7 +27,7 @@ from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.enough import enough_of, without_surplus
-from .verdict.judge import Judge
+from .verdict.judge import FirstLooks, Judge
 from .verdict.ownership import share_out
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
@@ -94,16 +94,16 @@ class FacingStage:
 
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
-        found = self._found(faced, [(s, blobs, ()) for s in self._searches], limits)
-        first, in_time = self._shared_out(found, faced)
+        found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), FirstLooks()
+        first, in_time = self._shared_out(found, faced, looks)
         through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first[0], blobs)
         if through and in_time:
-            again, in_time = self._shared_out([*found, *through.items()], faced)
+            again, in_time = self._shared_out([*found, *through.items()], faced, looks)
             found, first = ([*found, *through.items()], again) if in_time else (found, first)
         more = self._of_the_rest(faced, blobs, limits, first[0])
         if not any(len(poses) for _, poses in more):
             return first
-        together, in_time = self._shared_out(found + more, faced)
+        together, in_time = self._shared_out(found + more, faced, looks)
         return together if in_time else first  # else some of these are not judged again
 
     def _of_the_rest(
@@ -147,8 +147,8 @@ class FacingStage:
         ]
 
     def _shared_out(
-        self, found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame
+        self, found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, looks: FirstLooks
     ) -> tuple[tuple[list[Verdict], Sequence[Verdict]], bool]:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)
-        return share_out(found, hurried, self._judge), not hurried.deadline.hit
+        return share_out(found, hurried, self._judge, looks), not hurried.deadline.hit

@@ -89,7 +89,7 @@ class LeftOverLooks:
         if not mine or frame.deadline.expired:
             return []
         poses = Poses.concatenate([v.claim.poses for v in mine])
-        frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         left = self._of[finder].of([_seen(v) for v in mine], frames, frame, blobs, accepted)
         return [(verdict, one) for verdict, one in zip(mine, left, strict=True) if one.blobs]
 
@@ -105,7 +105,7 @@ class LeftOverLooks:
     ) -> Iterator[Middles]:
         """What is seen of an object, together with all that it leaves, and with each alone of several."""
         shown, poses = [verdict.shown[c] for c in _seen(verdict)], verdict.claim.poses
-        frames = finder.surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         at, scale = self._of[finder].places(frames, shown, camera)
         lost = list(left.blobs)
         for some in [lost] + [[c] for c in lost] * (len(lost) > 1):

@@ -23,7 +23,7 @@ from .pose.surface_model import Poses
 from .spatial_looks import SpatialLooks
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, silhouette
-from .verdict.judge import Judge
+from .verdict.judge import FirstLooks, Judge
 from .verdict.ownership import share_out
 
 _ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
@@ -40,11 +40,12 @@ class SecondLooks:
         self._seen: set[tuple[int, bytes, bytes]] = set()  # of a finder poses, and the labels in which these were bent
         self._of: dict[WholeObjectFinder, Poses] = {}  # all candidates so far
         self._shared: _Shared = [], ()
+        self._first = FirstLooks()
 
     def shared(self, found: _Found) -> _Shared:
         """What `share_out` makes of candidates, and of what second looks add to them."""
         self._of = dict(found)
-        self._shared = share_out(found, self._frame, self._judge)
+        self._shared = share_out(found, self._frame, self._judge, self._first)
         self._bend_all()
         return self._shared
 
@@ -65,7 +66,7 @@ class SecondLooks:
         """Whether there was time to share the pixels out anew: what is shared out late leaves objects out."""
         for finder, poses in more:
             self._of[finder] = Poses.concatenate([self._of[finder], poses]) if finder in self._of else poses
-        anew = share_out(list(self._of.items()), self._frame, self._judge)
+        anew = share_out(list(self._of.items()), self._frame, self._judge, self._first)
         in_time = not self._frame.deadline.expired
         self._shared = anew if in_time else self._shared
         return in_time

@@ -47,7 +47,8 @@ class SpatialStage:
         if not self._finders:
             return (), ()
         search = self._config.search
-        search_of = SpatialSearch(frame.hurried(search.search_share), self._judge, search, recall, self._crew)
+        judge = self._judge.in_one_frame()
+        search_of = SpatialSearch(frame.hurried(search.search_share), judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
         looks = SecondLooks(frame, self._judge, search, recall)
         accepted, others = looks.shared(found)

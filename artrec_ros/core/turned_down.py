@@ -55,7 +55,7 @@ def _unexplained(
         explained, told = finder.config.search.explained, 0
         for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
             if told < _MOST and left.owned_inside(blob.pixels) < explained and not _holds(blob, places):
-                x, y = blob.contour.mean(axis=0).tolist()
+                x, y = blob.middle.tolist()
                 reason = f"no candidate is left in this blob of {blob.area_px:.0f} pixels of its class"
                 yield Rejection(finder.target.name, reason, 0.0, x, y)
                 told += 1

@@ -24,13 +24,13 @@ class Extent:
     def __init__(self, model: ObjectModel, joint_range: float) -> None:
         self._kin = Kinematics(model)
         self._corners = [
-            (c, surface.corners)
+            (c, surface.reach)
             for c, component in enumerate(model.components)
             for surface in component_surfaces(component, 1)
         ]
         shares = joint_range * np.linspace(-1, 1, _PLACES)
         self._places = np.array([list(joints_at(model, share).values()) for share in shares])
-        corners = np.concatenate([s.corners for s in object_surfaces(model, 1, joints_at(model, 0.0))])
+        corners = np.concatenate([s.reach for s in object_surfaces(model, 1, joints_at(model, 0.0))])
         self.centre: Array = (corners.min(axis=0) + corners.max(axis=0)) / 2
         self.radius = float(np.linalg.norm(corners - self.centre, axis=1).max())
         self.below = float(self.centre[2] - self.lowest(np.array([0.0, 0.0, 1.0])))

@@ -25,7 +25,7 @@ def truth_record(frame: SimulatedFrame) -> dict[str, Any]:
 
     An object's `components` are named COMPONENT for the marker that shows that component best, COMPONENT@MARKER
     for its other markers that face the camera. Of a box, cylinder or ball of one colour
-    COMPONENT is all of it that shows, of the required one beside each of its sides.
+    COMPONENT is all of it that shows, beside each of its sides.
     """
     return {"stamp_ns": frame.stamp_ns, "objects": [_object_record(truth) for truth in frame.truths]}
 
@@ -56,14 +56,13 @@ def _object_record(truth: ObjectTruth) -> dict[str, Any]:
 
 
 def _whole(ranked: Sequence[MarkerTruth], target: Target, balls_px: Mapping[str, Array]) -> list[MarkerTruth]:
-    """The same with solids as one; the sides of the required one, too: where others hide most of it, one may be in full
-    view. A ball is where its centre is, whatever hides part of it."""
+    """The same with solids as one, and their sides, too: a component is told by the side that shows it best, and where
+    others hide most of it, one may be in full view. A ball is where its centre is, whatever hides part of it."""
     solids = [c.name for c in target.model.components if c.name in target.solids]
     sides = [[m for m in ranked if m.component == name] for name in solids]
-    left = [m for m in ranked if m.component not in solids or m.component == target.model.required.name]
-    whole = [_all_of(of) for of in sides if of]
-    at = [m.centre if m.centre is None else balls_px.get(m.component, m.centre) for m in whole]
-    return [*(replace(m, centre=centre) for m, centre in zip(whole, at, strict=True)), *left]
+    at = [m.centre if m.centre is None else balls_px.get(m.component, m.centre) for m in ranked]
+    left = [replace(m, centre=centre) for m, centre in zip(ranked, at, strict=True)]
+    return [*(_all_of(of) for of in sides if of), *left]
 
 
 def _all_of(sides: Sequence[MarkerTruth]) -> MarkerTruth:
@@ -75,8 +74,12 @@ def _all_of(sides: Sequence[MarkerTruth]) -> MarkerTruth:
 
 
 def keypoint_names(model: ObjectModel) -> list[str]:
-    """COMPONENT/MARKER.tail and .head of every marker, in the model's order."""
-    return [f"{component}/{marker}.{end}" for component, marker in model.markers for end in ("tail", "head")]
+    """COMPONENT/MARKER.tail and .head of every marker, of a ball COMPONENT.centre and .edge, in the model's order."""
+    names: list[str] = []
+    for (component, name), marker in model.markers.items():
+        balls = f"{component}.centre", f"{component}.edge"
+        names += balls if marker.is_ball else (f"{component}/{name}.tail", f"{component}/{name}.head")
+    return names
 
 
 def is_annotated(marker: MarkerTruth) -> bool:

@@ -77,6 +77,16 @@ class Renderer:
         a, b, c = (normal / offset).astype(np.float32)
         return a * rays[..., 0] + b * rays[..., 1] + c
 
+    def _inverse_depth_of_ball(
+        self, centre: Array, radius_m: float, rows: slice, columns: slice
+    ) -> NDArray[np.float32]:
+        """1/z of the near side of a ball; beside it that of where lines of sight come nearest to it."""
+        rays = self._rays[rows, columns]
+        along = rays @ centre[:2].astype(np.float32) + np.float32(centre[2])
+        square = (rays**2).sum(axis=-1) + 1
+        left = along**2 - square * np.float32(centre @ centre - radius_m**2)
+        return np.asarray(square / np.maximum(along - np.sqrt(np.maximum(left, 0)), 1e-6), np.float32)
+
     def _draw_floor(self, floor: Floor, index: NDArray[np.int16], nearness: NDArray[np.float32]) -> None:
         everywhere = slice(None)
         inverse = self._inverse_depth(floor.normal, floor.offset, everywhere, everywhere)
@@ -92,7 +102,10 @@ class Renderer:
         if np.any(low >= high):
             return
         rows, columns = slice(low[1], high[1]), slice(low[0], high[0])
-        inverse = self._inverse_depth(surface.normal, float(surface.normal @ surface.corners[0]), rows, columns)
+        if surface.ball is not None:
+            inverse = self._inverse_depth_of_ball(*surface.ball, rows, columns)
+        else:
+            inverse = self._inverse_depth(surface.normal, float(surface.normal @ surface.corners[0]), rows, columns)
         if surface.owner is not None:
             inverse = inverse * np.float32(1 + _MARKER_LIFT)
         inside = polygon_mask(outline - low, (high[1] - low[1], high[0] - low[0]))

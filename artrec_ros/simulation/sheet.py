@@ -86,10 +86,10 @@ def _view(target: Target) -> tuple[_View, dict[str, list[dict[str, float]]]]:
     model = target.model
     middle = joints_at(model, 0.0)
     surfaces = object_surfaces(model, target.label, middle)
-    corners = np.concatenate([s.corners for s in surfaces])
+    corners = np.concatenate([s.reach for s in surfaces])
     centre = (corners.min(axis=0) + corners.max(axis=0)) / 2
     ends = {name: [joints_at(model, 0.0) | {name: joints_at(model, e)[name]} for e in (-1, 1)] for name in middle}
-    everything = [corners] + [s.corners for q in sum(ends.values(), []) for s in object_surfaces(model, 1, q)]
+    everything = [corners] + [s.reach for q in sum(ends.values(), []) for s in object_surfaces(model, 1, q)]
     radius = float(np.linalg.norm(np.concatenate(everything) - centre, axis=1).max())
     return _View(target, centre, radius), ends
 

@@ -14,7 +14,7 @@ from ..core.geometry.transforms import Array
 from ..core.model.objects import ObjectModel
 from .render import SUPERSAMPLING, Rendering, project_outline, to_pixel
 from .scene import PlacedObject
-from .surfaces import component_poses
+from .surfaces import ball_surface, component_poses
 
 
 @dataclass(frozen=True)
@@ -77,16 +77,20 @@ def _ball_centres(placed: PlacedObject, camera: Camera) -> dict[str, Array]:
 
 
 def axis_ends(placed: PlacedObject, camera: Camera) -> dict[tuple[str, str], Array]:
-    """(component, marker) -> (2, 2) image of tail and head."""
+    """(component, marker) -> (2, 2) image of tail and head, of a ball of its centre and a point of its rim."""
     model: ObjectModel = placed.target.model
     poses = component_poses(model, placed.joints)
     ends = {}
     for component in model.components:
         for marker in component.markers:
             assert marker.T_component_marker is not None  # scenes are made of models with places only
-            T = placed.T_camera_object @ poses[component.name] @ marker.T_component_marker
-            axis = in_space(np.stack([marker.tail, marker.head]))
-            ends[component.name, marker.name] = project(camera, T.apply(axis))
+            T = placed.T_camera_object @ poses[component.name]
+            if marker.is_ball:
+                ball = ball_surface(T.apply(marker.centre), marker.radius, 1, None)
+                axis = np.stack([ball.corners.mean(axis=0), ball.corners[0]])
+            else:
+                axis = (T @ marker.T_component_marker).apply(in_space(np.stack([marker.tail, marker.head])))
+            ends[component.name, marker.name] = project(camera, axis)
     return ends
 
 

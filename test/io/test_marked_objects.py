@@ -230,6 +230,10 @@ def test_a_ball_is_marked_by_its_centre_and_its_edge(tmp_path: Path) -> None:
     ((name, outline),) = marked.regions
     assert name == "green"
     np.testing.assert_allclose(np.linalg.norm(outline - (30, 20), axis=1), 5)
+    content["annotations"][0]["keypoints"] = [30, 20, 2, 30.3, 20, 2]
+    path.write_text(json.dumps(content))
+    with pytest.raises(ConfigError, match="'knob.edge' lies on 'knob.centre'"):
+        load_marked_objects([path], [target], NAMES)
     content["categories"][0]["keypoints"] = ["base.centre", "knob.edge"]
     path.write_text(json.dumps(content))
     with pytest.raises(ConfigError, match="'base.centre' .* is no component/marker"):

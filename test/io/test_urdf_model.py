@@ -190,9 +190,11 @@ def test_what_is_a_ball_or_a_tube_of_one_colour_is_its_own_body(urdf, shape, sol
     at = Pose.from_xyz_rpy((0, 0, 0.1))
     sides, bodies = cylinder_solid(0.05, 0.2, at) if solid is None else solid(0.05, at)
     own = ObjectModel("own", (Component("base", sides, required=True, bodies=bodies),))
-    (base,) = object_from_urdf(urdf(text), own).model.components
+    read = object_from_urdf(urdf(text), own)
+    (base,) = read.model.components
     assert [b.size.tolist() for b in base.bodies[: len(bodies)]] == [b.size.tolist() for b in bodies]
-    assert [0.02, 0.02, 0.6] in [b.size.tolist() for b in base.bodies]
+    assert ([0.02, 0.02, 0.6] in [b.size.tolist() for b in base.bodies]) == (shape != "sphere")  # of which it tells
+    assert any("what is beside the ball 'base' hides nothing" in n for n in read.notes) == (shape == "sphere")
     assert not buried_markers(ObjectModel("own", (base,)))
 
 

@@ -122,7 +122,8 @@ def test_other_markers_of_a_component_are_named_with_it():
         return MarkerTruth("base", marker, 1.0, 100.0, visible_px, np.zeros(2), np.zeros(2), np.ones(2), None)
 
     pose = Pose(np.eye(3), np.array([0, 0, 1.0]))
-    target = SimpleNamespace(name="pump", label=3, solids=frozenset(), model=SimpleNamespace(components=()))
+    target = SimpleNamespace(name="pump", label=3, solids=frozenset(), balls={}, model=None)
+    target.model = SimpleNamespace(components=(), required=SimpleNamespace(name="base"))
     placed = SimpleNamespace(target=target, T_camera_object=pose, joints={}, identity=None)
     truth = ObjectTruth(placed, np.zeros(2), (seen("rear", 10.0), seen("front", 90.0)))
     frame = SimpleNamespace(stamp_ns=1, truths=(truth,))
@@ -141,6 +142,18 @@ def test_a_box_of_one_colour_is_all_of_it_that_shows_beside_its_sides(camera):
     assert whole["visible_px"] == pytest.approx(sum(side["visible_px"] for side in sides))
     shares = [side["visible_px"] / whole["visible_px"] for side in sides]
     assert whole["centre"] == pytest.approx(np.array(shares) @ [side["centre"] for side in sides])
+
+
+def test_so_is_one_that_is_not_required(camera):
+    boxes = [Box(Pose(np.eye(3), np.array([x, 0.0, 0.0])), np.full(3, 0.1)) for x in (0.0, 0.3)]
+    parts = [
+        Component(n, box_solid(b)[0], n == "one", bodies=(b,)) for n, b in zip(("one", "other"), boxes, strict=True)
+    ]
+    (frame,) = simulate(
+        [Target("pair", ObjectModel("pair", tuple(parts)), 3)], camera, SceneConfig(), SensorConfig(), 3, 1
+    )
+    components = truth_record(frame)["objects"][0]["components"]
+    assert {name.split("@")[0] for name in components if "@" in name} == {"one", "other"}
 
 
 def test_a_ball_of_one_colour_is_where_its_centre_is(camera):

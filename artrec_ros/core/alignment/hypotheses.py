@@ -42,7 +42,7 @@ def centroid(blob: Blob) -> complex:
     """Of the pixels enclosed."""
     moments = cv2.moments(blob.polygon)
     if moments["m00"] < 1e-6:
-        return complex(*blob.contour.mean(axis=0))
+        return complex(*blob.middle)
     return complex(moments["m10"], moments["m01"]) / moments["m00"]
 
 

@@ -24,13 +24,20 @@ def jit(function: Any, **options: Any) -> Any:
     return kernel
 
 
-def lean(function: Any) -> Any:
+def lean(function: Any, **options: Any) -> Any:
     """Compile a function that makes no array, nor calls one that does: without the counting of references, which takes
     longer than the work where views of arrays are cut out and handed on at every point."""
     try:
-        return jit(function, _nrt=False)
+        return jit(function, _nrt=False, **options)
     except (KeyError, TypeError):  # a numba that has no such option
-        return jit(function)
+        return jit(function, **options)
+
+
+def melted(function: Any) -> Any:
+    """`lean`, and the optimiser puts the code into each of its callers: a call copies every number of the arrays that
+    it hands on, some 500 for a surface, a camera and room to work in, which took a third of the time of counting votes.
+    """
+    return lean(function, forceinline=True)
 
 
 def inlined(function: Any) -> Any:

@@ -16,9 +16,10 @@ _MUCH = 0.5  # share of a marker
 
 def buried_markers(model: ObjectModel) -> list[tuple[str, str]]:
     """(component, marker) of the markers that lie within their own component's body, or look into it; of a box,
-    cylinder or ball of one colour, out of some of whose sides a rod may come, all or none."""
+    or cylinder of one colour, out of some of whose sides a rod may come, all or none. A ball stands out of what is in
+    it."""
     found, solids = list[tuple[str, str]](), Target(model.name, model, 1).solids
-    for component in model.components:
+    for component in (c for c in model.components if c.ball is None):
         buried = [(component.name, m.name) for m in component.markers if _is_buried(m, component)]
         if len(buried) == len(component.markers) or component.name not in solids:
             found += buried

@@ -14,8 +14,10 @@ _STRAIGHT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)  # step
 
 def project(camera: Camera, X: Array) -> Array:
     """Pixels (..., 2) of points (..., 3) in the camera's optical frame (z forward, metres)."""
+    pixels = np.empty((*X.shape[:-1], 2))
     lens = camera.matrix, camera.rational, camera.bent, camera.fold
-    return np.stack(pinhole(X[..., 0], X[..., 1], X[..., 2], *lens), axis=-1)
+    pixels[..., 0], pixels[..., 1] = pinhole(X[..., 0], X[..., 1], X[..., 2], *lens)
+    return pixels
 
 
 def projection_jacobian(camera: Camera, X: Array) -> Array:

@@ -32,13 +32,18 @@ def readonly(values: ArrayLike) -> Array:
     return array
 
 
+def numbers_of(index: NDArray | list[int]) -> NDArray:
+    """Of the rows that an index asks for."""
+    index = np.array(index, np.intp) if isinstance(index, list) else index
+    return index.nonzero()[0] if index.dtype == np.bool_ else index
+
+
 def rows_of(index: NDArray | list[int] | slice, *values: NDArray) -> tuple[NDArray, ...]:
     """Rows of arrays, each as `values[index]`, which takes three times as long where there are few."""
     if isinstance(index, slice):
-        return tuple(v[index] for v in values)
-    index = np.array(index, np.intp) if isinstance(index, list) else index
-    number = np.flatnonzero(index) if index.dtype == np.bool_ else index
-    return tuple(v.take(number, axis=0) for v in values)
+        return tuple([v[index] for v in values])
+    rows = numbers_of(index)
+    return tuple([v.take(rows, 0) for v in values])
 
 
 def rotation_from_rotvec(rotvec: ArrayLike) -> Array:

@@ -48,10 +48,20 @@ class Blob:
         """(n, 1, 2) the contour as OpenCV takes it."""
         return self.contour.astype(np.float32)[:, None]
 
+    @cached_property
+    def middle(self) -> Array:
+        """(2,) of its contour, pixels."""
+        return np.asarray(self.contour.mean(axis=0), np.float64)
+
+    @cached_property
+    def box(self) -> NDArray[np.int64]:
+        """(2, 2) least and greatest x, y of its pixels."""
+        return np.array([self.pixels.min(axis=0), self.pixels.max(axis=0)], np.int64)
+
 
 def centres(blobs: Sequence[Blob]) -> Array:
     """(n, 2) the middles of blobs' contours, pixels."""
-    return np.array([b.contour.mean(axis=0) for b in blobs]).reshape(-1, 2)
+    return np.array([b.middle for b in blobs]).reshape(-1, 2)
 
 
 def solidity(outline: Array) -> float:
@@ -93,7 +103,8 @@ def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.i
     """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included, as
     far as it has so many pixels: a red border around the scene hides no red robot."""
     chains = list(cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0])
-    in_holes = sum(map(_pixels_enclosed, chains)) - cv2.countNonZero(mask)
+    enclosed = sum(map(cv2.contourArea, chains)) + sum(map(len, chains)) / 2 + len(chains)  # see `_pixels_enclosed`
+    in_holes = enclosed - cv2.countNonZero(mask)
     if in_holes < _LEAST_AROUND:
         return chains
     if in_holes < _FEW_IN_HOLES:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from copy import copy
 from functools import cached_property, lru_cache
+from itertools import accumulate, pairwise
 
 import cv2
 import numpy as np
@@ -189,7 +190,8 @@ class LabelField:
         means[list(self.on_bodies)] = UNTOLD
         means[[*_NO_CLASS, label]] = SILENT
         labels, looks = self.padded_labels, _around(self._reach_px)
-        mine = self._borders[labels[self._borders] == label]
+        borders, theirs = self._borders
+        mine = borders[theirs == label]
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
@@ -201,15 +203,17 @@ class LabelField:
         return int(np.ceil(self._config.reach_px))
 
     @cached_property
-    def _borders(self) -> NDArray[np.int64]:
-        """Indices in `padded_labels` of the pixels where a label ends, all in a seam's reach in the image."""
+    def _borders(self) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        """Indices in `padded_labels` of the pixels where a label ends, all in a seam's reach in the image; and their
+        labels."""
         (height, width), around, edge = self.codes.shape, np.ones((3, 3), np.uint8), self._reach_px + 1
         labels = self.padded_labels.reshape(height + 2, width + 2)
         ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)
         ends[:edge], ends[-edge:], ends[:, :edge], ends[:, -edge:] = 0, 0, 0, 0
         places = cv2.findNonZero(ends)  # several times as fast as numpy's
         columns, rows = (np.empty((0, 2)) if places is None else places).reshape(-1, 2).T.astype(np.int64)
-        return rows * (width + 2) + columns
+        borders = rows * (width + 2) + columns
+        return borders, self.padded_labels[borders]
 
     @property
     def unowned(self) -> LabelField:
@@ -224,9 +228,9 @@ class LabelField:
         height, width = self.codes.shape
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
         codes = bordered[1:-1, 1:-1]
-        for corners in solids:
-            fine = np.rint(np.clip(corners, -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
-            cv2.fillConvexPoly(codes, cv2.convexHull(fine), OWNED, shift=_SUBPIXEL_BITS)
+        fine = np.rint(np.clip(np.concatenate(solids), -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+        for first, last in pairwise([0, *accumulate(map(len, solids))]):
+            cv2.fillConvexPoly(codes, cv2.convexHull(fine[first:last]), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'
         rest.codes, rest.padded, rest._before = codes, bordered.ravel(), self.unowned
         rest.hides = nearer

@@ -110,7 +110,8 @@ def check_samples(samples: Samples, labels: Collection[str]) -> None:
         count = len(samples.get(name, ()))
         if not enough(samples, name):
             others = [other for other in samples if other not in labels]
-            there = f"; there are also {', '.join(others[:_FEW])}" if others and not count else ""
+            more = f" and {len(others) - _FEW} more" if len(others) > _FEW else ""
+            there = f"; there are also {', '.join(others[:_FEW])}{more}" if others and not count else ""
             least = _LEARNING.least_samples
             raise ConfigError(f"class '{name}': {count} pixels show it, at least {least} are needed{there}")
 

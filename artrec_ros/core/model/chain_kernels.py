@@ -7,7 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import jit, lean
+from ..base.jit import jit, lean, melted
+
+_LEAST_NEARER = 0.01  # of a ball that the camera is in
 
 
 class Chain(NamedTuple):
@@ -20,6 +22,8 @@ class Chain(NamedTuple):
     axis: Any  # (C, 3)
     revolute: Any  # (C,) bool
     moves: Any  # (J, C) bool: components that a joint carries
+    ball: Any  # (C,) radius of those that are balls, metres; 0: it is none
+    middle: Any  # (C, 3) of these, in their own frames
 
 
 @lean
@@ -70,7 +74,7 @@ def copy_frame(R: Any, t: Any, R_out: Any, t_out: Any) -> None:
         t_out[i] = t[i]
 
 
-@lean
+@melted
 def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin: Any, turn: Any, rest: Any) -> None:
     """Frame of component `c` at a joint value, from its parent's; R (C, 3, 3), t (C, 3) of one hypothesis.
 
@@ -94,7 +98,7 @@ def place(chain: Chain, c: int, R: Any, t: Any, value: float, axis: Any, origin:
                 t[c, i] += axis[i] * value
 
 
-@lean
+@melted
 def place_all(
     chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any, scratch: Any
 ) -> None:
@@ -112,6 +116,53 @@ def place_all(
             place(chain, c, R, t, 0.0, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
 
 
+@melted
+def face_camera(chain: Chain, R: Any, t: Any) -> None:
+    """Turn the frames (C, 3, 3), (C, 3) of components that are balls so that their discs look like them: square to the
+    line of sight, and as much nearer as a ball's outline is, which the rays that touch it draw."""
+    for c in range(len(chain.ball)):
+        if chain.ball[c] > 0.0:
+            face_camera_alone(chain.ball[c], chain.middle[c], R[c], t[c])
+
+
+@melted
+def see(chain: Chain, c: int, R: Any, t: Any, A: Any, b: Any) -> None:
+    """Fill A (3, 3), b (3,) with the frame of component `c` as the camera sees it, of R (C, 3, 3), t (C, 3)."""
+    copy_frame(R[c], t[c], A, b)
+    if chain.ball[c] > 0.0:
+        face_camera_alone(chain.ball[c], chain.middle[c], A, b)
+
+
+@lean
+def face_camera_alone(radius: float, m: Any, A: Any, b: Any) -> None:
+    """`face_camera` of one ball, its middle m (3,) in its own frame A (3, 3), b (3,)."""
+    x, y, z = (
+        b[0] + A[0, 0] * m[0] + A[0, 1] * m[1] + A[0, 2] * m[2],
+        b[1] + A[1, 0] * m[0] + A[1, 1] * m[1] + A[1, 2] * m[2],
+        b[2] + A[2, 0] * m[0] + A[2, 1] * m[1] + A[2, 2] * m[2],
+    )
+    far = max(math.sqrt(x * x + y * y + z * z), 1e-9)
+    nearer = math.sqrt(max(1.0 - (radius / far) ** 2, _LEAST_NEARER))
+    x, y, z = x / far, y / far, z / far
+    along = max(math.sqrt(1.0 - x * x), 1e-9)  # of the image's x axis, square to the line of sight
+    A[0, 0], A[1, 0], A[2, 0] = along, -x * y / along, -x * z / along
+    A[0, 2], A[1, 2], A[2, 2] = -x, -y, -z
+    A[0, 1] = A[1, 2] * A[2, 0] - A[2, 2] * A[1, 0]
+    A[1, 1] = A[2, 2] * A[0, 0] - A[0, 2] * A[2, 0]
+    A[2, 1] = A[0, 2] * A[1, 0] - A[1, 2] * A[0, 0]
+    for i in range(3):
+        b[i] = -nearer * far * A[i, 2] - A[i, 0] * m[0] - A[i, 1] * m[1] - A[i, 2] * m[2]
+
+
+@melted
+def place_seen(
+    chain: Chain, R_object: Any, t_object: Any, q: Any, R: Any, t: Any, axis: Any, origin: Any, scratch: Any
+) -> None:
+    """As `place_all`; balls as the camera sees them: `face_camera`."""
+    place_all(chain, R_object, t_object, q, R, t, axis, origin, scratch)
+    face_camera(chain, R, t)
+
+
 @lean
 def place_points(R: Any, t: Any, points: Any, component: Any, out: Any) -> None:
     """Fill out (H, n, 3) with the camera coordinates of points (n, 3) on components (n,) whose frames are given."""
@@ -120,6 +171,13 @@ def place_points(R: Any, t: Any, points: Any, component: Any, out: Any) -> None:
             c, x, y, z = component[n], points[n, 0], points[n, 1], points[n, 2]
             for i in range(3):
                 out[h, n, i] = t[h, c, i] + R[h, c, i, 0] * x + R[h, c, i, 1] * y + R[h, c, i, 2] * z
+
+
+@jit
+def face_cameras(chain: Chain, R: Any, t: Any) -> None:
+    """`face_camera` of hypotheses' frames (H, C, 3, 3), (H, C, 3)."""
+    for h in range(len(R)):
+        face_camera(chain, R[h], t[h])
 
 
 @jit

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
-from .chain_kernels import Chain, forward
+from .chain_kernels import Chain, face_cameras, forward
 from .objects import Component, ObjectModel
 
 
@@ -130,11 +130,23 @@ class Kinematics:
             for j in joints
         ]
         R, t, axis, revolute = (np.array(values) for values in zip(*rows, strict=True))
-        return Chain(np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute, self.moves.T.copy())
+        balls = [c.ball for c in self.model.components]
+        ball = np.array([0.0 if b is None else b.radius for b in balls])
+        middle = np.array([np.zeros(3) if b is None else b.centre for b in balls])
+        return Chain(
+            np.array(self.parent), np.array(self.joint_of), R, t, axis, revolute, self.moves.T.copy(), ball, middle
+        )  # fmt: skip
 
     def forward(self, R: Array, t: Array, q: Array) -> Frames:
         """Component frames for object poses R (H, 3, 3), t (H, 3) in the camera and joints q (H, J)."""
         return frames_of(self.chain, R, t, q)
+
+    def seen(self, R: Array, t: Array, q: Array) -> Frames:
+        """The same with balls as the camera sees them: discs that face it, as much nearer as their outlines are."""
+        frames = self.forward(R, t, q)
+        if self.chain.ball.any():
+            face_cameras(self.chain, frames.R, frames.t)
+        return frames
 
     def in_object(self, q: Array) -> Frames:
         """Component frames in the object's own at joints q (H, J)."""

@@ -30,6 +30,8 @@ class Marker:
     :param tail, head: (2,) ends of the marker's axis in the marker frame.
     :param disc_radius: radius in metres where the marker is a disc (its outline is then a regular polygon).
     :param T_component_marker: the marker's place on its component, where known.
+    :param is_ball: it stands for a ball about its centre, which looks the same from all sides: a disc of the ball's
+        radius that faces the camera wherever that is.
     """
 
     name: str
@@ -38,6 +40,7 @@ class Marker:
     head: Array
     disc_radius: float | None = None
     T_component_marker: Pose | None = None
+    is_ball: bool = False
 
     def __post_init__(self) -> None:
         check_name(self.name, "marker")
@@ -67,8 +70,8 @@ class Marker:
     @property
     def radius(self) -> float:
         """Metres: twice the area over the perimeter, a disc's radius. An edge all around that errs, errs the scale by
-        its share of this."""
-        return 2 * self.area / self.perimeter
+        its share of this. Of a ball its own, whose outline has a circle's area."""
+        return float(np.sqrt(self.area / np.pi)) if self.is_ball else 2 * self.area / self.perimeter
 
     @cached_property
     def centroid(self) -> Array:
@@ -190,6 +193,11 @@ class Component:
 
     def marker(self, name: str) -> Marker:
         return next(m for m in self.markers if m.name == name)
+
+    @property
+    def ball(self) -> Marker | None:
+        """What shows it where it is a ball, and nothing else does."""
+        return next((m for m in self.markers if m.is_ball), None)
 
     @property
     def is_disc(self) -> bool:
@@ -326,7 +334,7 @@ class ObjectModel:
     def is_flat(self) -> bool:
         """Whether all markers lie face up in planes that nothing turns out of each other: seen from their front, the
         object is a figure in the image plane."""
-        if not self.is_spatial:
+        if not self.is_spatial or any(c.ball for c in self.components):
             return False
         up: dict[str, Array] = {}
         for c in self.components:

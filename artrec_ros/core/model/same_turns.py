@@ -16,9 +16,8 @@ from scipy.optimize import minimize_scalar
 from ..geometry.polygons import distance_to_outline, in_space
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from .kinematics import Kinematics
-from .objects import Component, Joint, ObjectModel
-from .solids import ball_sizes
-from .surface import MEETING, patches_of
+from .objects import Component, Joint, Marker, ObjectModel
+from .surface import MEETING
 
 _ORDERS = 12, 8, 6, 5, 4, 3, 2  # turns by a whole one over these are looked at
 _ONE_WAY = 0.95  # cosine: normals that are the same
@@ -81,8 +80,7 @@ class Looks:
         self._model, self._kin = model, Kinematics(model)
         self._parts = model.components
         self._index = {c.name: n for n, c in enumerate(self._parts)}
-        balls = ball_sizes(patches_of(model, 0))
-        self._pieces = [[_ball(c, *balls[n])] if n in balls else [*_pieces(c)] for n, c in enumerate(self._parts)]
+        self._pieces = [[_ball(c, c.ball)] if c.ball is not None else [*_pieces(c)] for c in self._parts]
         self._middles = [np.mean([p.outline.mean(axis=0) for p in pieces], axis=0) for pieces in self._pieces]
         self._off_m = [max(p.off_m for p in pieces) for pieces in self._pieces]
         kinds = [sorted((str(p.labels), round(np.log(p.off_m) / _ALIKE)) for p in pieces) for pieces in self._pieces]
@@ -244,10 +242,10 @@ def _off(piece: _Piece, outline: Array, normal: Array, other: _Piece) -> float:
     return float(max(there.max(), back.max()) / piece.off_m)
 
 
-def _ball(component: Component, centre: Array, radius_m: float) -> _Piece:
-    """All of it: a place and a size, whichever sides stand for it."""
+def _ball(component: Component, ball: Marker) -> _Piece:
+    """A place and a size."""
     labels = (component.name,) if component.classes else component.labels(0)
-    return _Piece((*labels, "ball"), centre[None], np.zeros(3), MEETING * float(np.sqrt(np.pi)) * radius_m)
+    return _Piece((*labels, "ball"), ball.centre[None], np.zeros(3), MEETING * float(np.sqrt(ball.area)))
 
 
 def _pieces(component: Component) -> Iterator[_Piece]:

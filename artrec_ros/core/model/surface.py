@@ -64,7 +64,7 @@ def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     for c, component in enumerate(model.components):
         markers = [_marker_patch(c, m, component.labels(label)) for m in component.markers]
         out += markers
-        if component.bodies and not meet_all_around(markers):
+        if component.bodies and component.ball is None and not meet_all_around(markers):
             out += _face_patches(c, component)
     return out
 

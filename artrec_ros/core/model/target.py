@@ -7,7 +7,7 @@ from functools import cached_property
 
 from ..geometry.transforms import Array
 from .objects import ObjectModel
-from .solids import ball_centres, convex_solids
+from .solids import convex_solids
 from .surface import Patch, is_on_unknown, patches_of
 
 
@@ -40,8 +40,8 @@ class Target:
 
     @cached_property
     def balls(self) -> dict[str, Array]:
-        """Its components that are balls, and their centres: see `ball_centres`."""
-        return {self.model.components[c].name: centre for c, centre in ball_centres(self._patches).items()}
+        """Its components that are balls, and their centres (3,) in their own frames."""
+        return {c.name: c.ball.centre for c in self.model.components if c.ball is not None}
 
     @cached_property
     def _patches(self) -> list[Patch]:

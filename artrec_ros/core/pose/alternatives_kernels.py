@@ -8,9 +8,9 @@ import numpy as np
 
 from ..base.jit import jit
 from ..geometry.pixel_kernels import LabelView, locate, turned
-from ..model.chain_kernels import Chain, place_all
+from ..model.chain_kernels import Chain, place_seen
 from .hiding_kernels import ALL_BOXES, boxes_in_camera, boxes_in_front, hide
-from .surface_kernels import LEAST_DEPTH_M, Surface, SurfaceLimits, aspect, points_of, room_of
+from .surface_kernels import LEAST_DEPTH_M, Surface, SurfaceLimits, aspect, points_of, room_of, surface_share
 
 
 @jit
@@ -27,7 +27,7 @@ def likelihoods(
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     n_l = out.shape[2]
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         boxes_in_camera(s, frames_R, frames_t, room.box_rotation, room.eye, room.middle)
         for m in range(len(patches)):
             p = patches[m]
@@ -41,7 +41,7 @@ def likelihoods(
             locate(A, b, on, view, room.at[0])
             n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
             if n_near:
-                hide(s, A, b, on, room, n_near, limits.behind)
+                hide(s, A, b, on, room, n_near, surface_share(s, p, mz, limits.behind))
             each_px = s.area[p] * f2 / mz**2 * cosine / n
             for i in range(n):
                 code = view.padded[room.at[0, i]]

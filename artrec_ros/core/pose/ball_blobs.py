@@ -18,7 +18,8 @@ from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
 from .through_middles import Middles
 
-_SIZE = 1.12  # a blob so many times larger or smaller than its ball is another size than noise makes it
+_SIZE = 0.04  # a blob by such a share, and so many pixels, larger or smaller than its ball beside the others is another
+_SIZE_PX = 0.35  # size than noise makes it; all may be larger, by a segmenter's fringes or by the file
 _OFF = 0.3  # of its radius: a ball whose middle is so far from its blob's is not on it
 
 
@@ -36,20 +37,21 @@ class BallBlobs:
         """
         surface, middle, area = self._surface, *self._surface.sides.blobs
         frames, patches = self._kin.forward(pose.R, pose.t, pose.q), np.array(shown, np.int64)
-        places = surface.place(frames, middle[patches], surface.component[patches])[0]
+        of, balls = surface.component[patches], surface.sides.balls
+        places = surface.place(frames, middle[patches], of)[0]
         at, scale = project(camera, places), camera.focal_px / np.maximum(places[:, 2], LEAST_DEPTH_M)
-        agrees = True
-        for n, p in enumerate(shown):
-            c = surface.component[p]
-            blob = _beneath(at[n], surface.labels[c], blobs) if c in surface.sides.balls else None
-            if blob is None:
-                continue
-            there, own = centres([blob])[0], float(np.sqrt(blob.area_px / area[p]))
-            radius_px = np.sqrt(area[p] / np.pi) * scale[n]
-            unlike = max(own / scale[n], scale[n] / own)
-            agrees &= bool(unlike < _SIZE and np.linalg.norm(there - at[n]) < _OFF * radius_px)
-            at[n], scale[n] = there, own
-        return None if agrees else Middles(patches, at, scale)
+        on = [_beneath(at[n], surface.labels[c], blobs) if c in balls else None for n, c in enumerate(of.tolist())]
+        rows = [n for n, blob in enumerate(on) if blob is not None]
+        if not rows:
+            return None
+        found = [blob for blob in on if blob is not None]
+        there, own = centres(found), np.sqrt(np.array([blob.area_px for blob in found]) / area[patches[rows]])
+        radius_px = np.sqrt(area[patches[rows]] / np.pi) * scale[rows]
+        larger = np.log(own / scale[rows])
+        unlike = np.abs(larger - np.median(larger)) > np.maximum(_SIZE, _SIZE_PX / radius_px)
+        aside = np.linalg.norm(there - at[rows], axis=1) > _OFF * radius_px
+        at[rows], scale[rows] = there, own
+        return Middles(patches, at, scale) if (unlike | aside).any() else None
 
 
 def _beneath(at: np.ndarray, labels: Sequence[int], blobs: Sequence[Blob]) -> Blob | None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView
-from ..model.chain_kernels import Chain, copy_frame, place
+from ..model.chain_kernels import Chain, copy_frame, place, see
 from .joint_kernels import patch_bound
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, is_turned_here, room_of
 
@@ -47,8 +47,8 @@ class Bench(NamedTuple):
     """Where a component is tried."""
 
     said: Any  # (2, n) its votes at each value of its joint, and what they count
-    axes: Any  # (2, 3)
-    turns: Any  # (2, 3, 3)
+    axes: Any  # (3, 3)
+    turns: Any  # (3, 3, 3)
     room: Room
 
 
@@ -74,7 +74,9 @@ def said_at(
 ) -> tuple[float, float]:  # fmt: skip
     """`said_of_component` c at a value of its joint, where it is put: R (C, 3, 3), t (C, 3) of one way."""
     place(chain, c, R, t, value, bench.axes[0], bench.axes[1], bench.turns[0], bench.turns[1])
-    return said_of_component(s, patches, R[c], t[c], view, limits, hidden_cost, bench.room)
+    A, b = bench.turns[2], bench.axes[2]
+    see(chain, c, R, t, A, b)
+    return said_of_component(s, patches, A, b, view, limits, hidden_cost, bench.room)
 
 
 @lean
@@ -148,7 +150,7 @@ def bend(
     now = Ways(np.zeros((n_w, n_c, 3, 3)), np.zeros((n_w, n_c, 3)), np.zeros((n_w, n_j)), np.zeros(n_w))
     then = Ways(np.zeros((n_w, n_c, 3, 3)), np.zeros((n_w, n_c, 3)), np.zeros((n_w, n_j)), np.zeros(n_w))
     best = Best(np.empty(n_w), np.empty(n_w, np.int64), np.empty(n_w))
-    bench = Bench(np.empty((2, grids.shape[1])), np.empty((2, 3)), np.empty((2, 3, 3)), room_of(s))
+    bench = Bench(np.empty((2, grids.shape[1])), np.empty((3, 3)), np.empty((3, 3, 3)), room_of(s))
     n = 1
     for c in branches.line:
         j, mine = chain.joint_of[c], branches.patches[branches.starts[c] : branches.starts[c + 1]]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..geometry.transforms import Array
+from ..geometry.spread import spread
 from .surface_model import Poses, SpatialModel
 
 
@@ -32,11 +32,3 @@ class Bends:
         R = R_c[:, None] @ self.R.transpose(0, 2, 1)
         t = t_c[:, None] - np.einsum("hdij,dj->hdi", R, self.t)
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.tile(self.q, (len(poses), 1)))
-
-
-def spread(n: int, dimensions: int) -> Array:
-    """(n, d) evenly spread points of the unit cube: multiples of the powers of Roberts' generalised golden ratio."""
-    ratio = 2.0
-    for _ in range(40):
-        ratio = (1 + ratio) ** (1 / (dimensions + 1))
-    return np.asarray((0.5 + np.arange(n)[:, None] * ratio ** -np.arange(1.0, dimensions + 1)) % 1, np.float64)

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import jit, lean
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView
-from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_all, turn_by
+from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_seen, turn_by
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import Scores, score_hypothesis
 
@@ -70,7 +70,7 @@ class Tried(NamedTuple):
     scratch: Any  # (3, 3, 3)
 
 
-@lean
+@melted
 def total(s: Surface, value: Value, votes: Any, area_px: Any, sums: Any) -> float:
     """Votes of a whole object from those of its patches (P,); a component that speaks against itself counts as hidden,
     at a price.
@@ -97,7 +97,7 @@ def totals(s: Surface, value: Value, votes: Any, area_px: Any, out: Any) -> None
         out[h] = total(s, value, votes[h], area_px[h], sums)
 
 
-@lean
+@melted
 def whole_votes(
     s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, moved: Any, view: LabelView, limits: SurfaceLimits,
     value: Value, body: Body, room: Room,
@@ -107,19 +107,19 @@ def whole_votes(
     :param moved: (C,) components that are elsewhere than `body.scores` are of.
     """
     copy_scores(body.scores, body.tried)
-    place_all(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
+    place_seen(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
     score_hypothesis(s, body.R, body.t, patches, moved, view, limits, value.occlusion, room, body.tried)
     return total(s, value, body.tried.votes, body.tried.area_px, body.sums)
 
 
-@lean
+@melted
 def copy_scores(scores: Scores, out: Scores) -> None:
     """Copy what is said of P patches."""
     for p in range(len(out.votes)):
         out.votes[p], out.area_px[p], out.near[p] = scores.votes[p], scores.area_px[p], scores.near[p]
 
 
-@lean
+@melted
 def move(m: Moves, z: Any, R: Any, t: Any, q: Any, tried: Tried) -> None:
     """Step by z (6 + J,), in the units of `m.steps`: across the ray and along it, turned, bent."""
     t_new, q_new, steps = tried.t, tried.q, m.steps

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, outline_pixels
 from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
 from .placed_kernels import Equations, Placed, moving
@@ -93,7 +93,7 @@ def leave_out_inner(s: Surface, k: int, P: Any, q: Any, view: LabelView, weight:
             weight[i] = 0.0 if inner[i] else weight[i]
 
 
-@lean
+@melted
 def add_contours(
     term: ContourTerm, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
 ) -> None:

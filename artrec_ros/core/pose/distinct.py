@@ -25,11 +25,14 @@ def apart(poses: Poses, votes: Array, least: float, turn_rad: float, range_share
 
     :param poses, votes: best first.
     """
-    keep: list[int] = []
-    for i in np.flatnonzero(votes > least).tolist():
-        if not is_near(poses[keep], poses[i : i + 1], turn_rad, range_share).any():
+    rows, keep = np.flatnonzero(votes > least), list[int]()
+    R, t = poses.R[rows].reshape(-1, 9), poses.t[rows]
+    off_m, range_m = np.linalg.norm(t[:, None] - t, axis=2), np.linalg.norm(t, axis=1)
+    near = (off_m < range_share * range_m) & (1 + 2 * np.cos(turn_rad) < R @ R.T)  # as of `is_near`
+    for i in range(len(rows)):
+        if not near[keep, i].any():
             keep.append(i)
-    return np.array(keep, int)
+    return np.asarray(rows[keep])
 
 
 def is_near(poses: Poses, others: Poses, turn_rad: float, range_share: float) -> NDArray[np.bool_]:

@@ -129,7 +129,7 @@ class FacingGuesser:
         return Grid(
             frame.field.padded_labels,
             np.array([b.label for b in blobs]),
-            np.array([np.concatenate([b.pixels.min(axis=0), b.pixels.max(axis=0)]) for b in blobs], np.int64),
+            np.array([b.box.ravel() for b in blobs]),
             np.maximum(np.ceil(np.sqrt(spread / config.grid_points)), 1).astype(np.int64),
             np.ascontiguousarray(np.stack([least, np.maximum(most, least)], axis=1)),
             float(config.scale_ratio),

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
-from ..model.chain_kernels import Chain, place_all, turn_by
+from ..base.jit import inlined, jit, lean, melted
+from ..model.chain_kernels import Chain, place_seen, turn_by
 from .contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from .damping_kernels import Damping, add_damping, shorten
 from .edge_kernels import EdgeRoom, edge_room
@@ -98,11 +98,11 @@ class FitRoom(NamedTuple):
     edges: EdgeRoom
 
 
-@lean
+@melted
 def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, q: Any, room: FitRoom) -> None:
     """Fit hypothesis `h`, R (3, 3), t (3,), q (J,), in place."""
     for step in range(len(terms.contours.edges.reach)):
-        place_all(chain, R, t, q, room.R, room.frame_t, room.axis, room.origin, room.scratch)
+        place_seen(chain, R, t, q, room.R, room.frame_t, room.axis, room.origin, room.scratch)
         placed = Placed(t, q, room.R, room.frame_t, room.axis, room.origin, joints)
         add_all(terms, h, step, placed, room.equations, room.columns, room.edges)
         solve(room.equations.A, room.equations.b, room.x, room.first)

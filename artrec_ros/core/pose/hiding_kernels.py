@@ -6,7 +6,7 @@ from typing import Any
 
 from ..base.jit import inlined, jit
 from ..geometry.pixel_kernels import turned
-from .surface_kernels import Room, Surface, aspect, points_of, room_of
+from .surface_kernels import Room, Surface, aspect, points_of, room_of, surface_share
 
 
 @inlined
@@ -131,8 +131,9 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
             p = patches[column]
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
+            nearer = surface_share(s, p, mz, end)
             n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
-            hide(s, A, b, points_of(s, p, s.count[p]), room, n_near, end)
+            hide(s, A, b, points_of(s, p, s.count[p]), room, n_near, nearer)
             for i in range(out.shape[2]):
                 out[h, column, i] = not room.hidden[i]
 
@@ -149,7 +150,8 @@ def shown_contours(s: Surface, R: Any, t: Any, markers: Any, use: Any, end: floa
             p, on = markers[k], s.contour[k]
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
+            nearer = surface_share(s, p, mz, end)
             n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
-            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, end)
+            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, nearer)
             for i in range(out.shape[2]):
                 out[h, k, i] = not room.hidden[i]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, locate
-from ..model.chain_kernels import Chain, copy_frame, place
+from ..model.chain_kernels import Chain, copy_frame, place, see
 from .surface_kernels import (
     LEAST_DEPTH_M,
     MOST_LENGTH,
@@ -58,7 +58,7 @@ def patch_bound(
     return (total * share * parted if total > 0.0 else total * share) + mean * ring
 
 
-@lean
+@melted
 def best_joint(
     s: Surface, chain: Chain, c: int, patches: Any, R: Any, t: Any, grid: Any, view: LabelView, limits: SurfaceLimits,
     most: Any, scratch: Any, room: Room,
@@ -70,14 +70,15 @@ def best_joint(
     :param scratch: (4, 3, 3).
     """
     f2 = view.K[0, 0] * view.K[1, 1]
-    best_value, best_votes = grid[0], -np.inf
+    best_value, best_votes, A, b = grid[0], -np.inf, scratch[3], scratch[2, 2]
     for value in grid:
         if math.isnan(value):
             break
         place(chain, c, R, t, value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
+        see(chain, c, R, t, A, b)
         rest = 0.0
         for p in patches:  # what the labels could say at most
-            cosine, _, _, mz = aspect(s, p, R[c], t[c])
+            cosine, _, _, mz = aspect(s, p, A, b)
             most[p], k = 0.0, s.marker_of[p]
             if is_turned_here(s, p, cosine, mz, f2, limits.least_cosine) and mz > LEAST_DEPTH_M:
                 near = is_near(s, p, mz)
@@ -90,7 +91,7 @@ def best_joint(
         total = 0.0
         for p in patches:
             rest -= most[p]
-            total += patch_bound(s, p, R[c], t[c], view, limits, best_votes - total - rest, room)
+            total += patch_bound(s, p, A, b, view, limits, best_votes - total - rest, room)
             if total + rest < best_votes:
                 break
         else:
@@ -100,7 +101,7 @@ def best_joint(
     return best_value
 
 
-@lean
+@melted
 def search_one(
     s: Surface, chain: Chain, order: Any, starts: Any, R_object: Any, t_object: Any, q: Any, grids: Any,
     view: LabelView, limits: SurfaceLimits, R: Any, t: Any, most: Any, scratch: Any, room: Room,

@@ -31,13 +31,17 @@ class BodyBoxes:
         return len(self.half)
 
     def behind_patches(self, patches: Sequence[Patch]) -> np.ndarray:
-        """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it."""
+        """(P, B) bool: boxes wholly behind a patch of the same component; seen from its front they cannot hide it. Of a
+        ball those within it."""
         out = np.zeros((len(patches), len(self)), bool)
         for b, (component, R, t, half) in enumerate(zip(self.component, self.R, self.t, self.half, strict=True)):
             corners = (_CORNERS * half) @ R.T + t
             for p, patch in enumerate(patches):
-                above = (corners - patch.inside[0]) @ patch.normal
-                out[p, b] = patch.component == component and above.max() < _FLUSH_M
+                if patch.marker is not None and patch.marker.is_ball:
+                    beyond = np.linalg.norm(corners - patch.drawn[0], axis=1) - patch.marker.radius
+                else:
+                    beyond = (corners - patch.inside[0]) @ patch.normal
+                out[p, b] = patch.component == component and beyond.max() < _FLUSH_M
         return out
 
 

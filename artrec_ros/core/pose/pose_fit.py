@@ -12,9 +12,11 @@ import numpy as np
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from ..model.kinematics import Kinematics
 from .contour_term_kernels import ContourTerm, contour_rows
 from .damping_kernels import Damping
+from .edge_kernels import EdgeTerms
 from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
 from .joint_prior_kernels import JointPrior
@@ -65,6 +67,7 @@ class Fit:
         kin = model.kinematics
         self._model, self._config, self.joints = model, config, _joints(kin)
         self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
+        self._last: tuple[LabelField, tuple[int, ...], EdgeTerms] | None = None
 
     def terms(
         self,
@@ -79,8 +82,15 @@ class Fit:
         :param shown: (H, M, m) see `ContourTerm`.
         """
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
-        contours = _contour_term(self._model, frame, use, shown, reach_px, self._config)
+        contours = _contour_term(self._model, frame, use, shown, self._edges(frame.field, reach_px))
         return Terms(contours, self._prior._replace(free=free), self._damping)
+
+    def _edges(self, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
+        """`edge_terms`; what was last asked for is known: many fits follow each other in one image."""
+        last = self._last
+        if last is None or last[0] is not field or last[1] != reach_px:
+            self._last = last = field, reach_px, edge_terms(self._model, field, reach_px, self._config)
+        return last[2]
 
     def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
         """Fits of H poses; those that are left at the deadline stay as they are."""
@@ -103,6 +113,8 @@ def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> 
 def of_some(terms: Terms, part: slice) -> Terms:
     """The terms of some of the hypotheses."""
     of = terms.contours
+    if part == slice(0, len(of.use)):
+        return terms
     seen = of._replace(use=of.use[part], shown=of.shown[part], at_edges=of.at_edges[part])
     return Terms(seen, terms.joints._replace(free=terms.joints.free[part]), terms.damping)
 
@@ -150,11 +162,11 @@ def contour_fit(
 ) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
     kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
-    chain, which = kin.forward(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
+    chain, which = kin.seen(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
     point, normal, spacing_px = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2])
     residual, weight, jacobian = np.empty(size), np.empty(size), np.empty((*size, 6 + kin.n_joints))
     shown, joints = model.shown_contour(poses, use), _joints(kin)
-    term = _contour_term(model, frame, use, shown, (reach,), config)
+    term = _contour_term(model, frame, use, shown, edge_terms(model, frame.field, (reach,), config))
     for h in range(len(poses)):
         placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
         rows = point[h], normal[h], spacing_px[h], residual[h], weight[h], jacobian[h]
@@ -174,15 +186,9 @@ def but_for_common(residual: Array, weight: Array) -> Array:
 
 
 def _contour_term(
-    model: SpatialModel,
-    frame: ImageFrame,
-    use: np.ndarray,
-    shown: np.ndarray,
-    reach_px: tuple[int, ...],
-    config: FitConfig,
+    model: SpatialModel, frame: ImageFrame, use: np.ndarray, shown: np.ndarray, edges: EdgeTerms
 ) -> ContourTerm:
-    edges, used = edge_terms(model, frame.field, reach_px, config), np.ascontiguousarray(use)
-    limit, at_edges = model.limits.least_cosine, np.full(len(use), np.inf)
+    used, limit, at_edges = np.ascontiguousarray(use), model.limits.least_cosine, np.full(len(use), np.inf)
     return ContourTerm(model.compiled, model.markers, used, edges, frame.view, limit, shown, at_edges)
 
 

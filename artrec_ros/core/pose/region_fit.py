@@ -107,7 +107,7 @@ class RegionFit:
     def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array]:
         """Each hypothesis' points in the image, its similarity and by how much joints are moved (H, 4 + J)."""
         camera, config, depth = frame.camera, self._config, poses.t[:, 2]
-        frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = self._surface.kinematics.seen(poses.R, poses.t, poses.q)
         scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
         at, beyond = (self._surface.place(frames, p, self._on) for p in (self._points, self._points + self._away))
         away_m = np.minimum(config.region_ring_px / scale[:, None], self._most_m)

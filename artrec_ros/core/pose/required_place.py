@@ -44,19 +44,23 @@ class RequiredPlace:
         distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
-    def is_in_place_of(self, poses: Poses, one: Poses, most_turn_rad: float) -> np.ndarray:
-        """(H,) bool: under which the object would be where it is under `one`, turned by less than that."""
-        cosine = (np.einsum("hij,ij->h", poses.R, one.R[0]) - 1) / 2
-        return np.asarray(self.is_at(poses, one) & (cosine > np.cos(most_turn_rad)))
+    def is_in_place_of(self, poses: Poses, others: Poses, most_turn_rad: float) -> np.ndarray:
+        """(H, K) bool: under which the object would be where it is under each of K others, turned by less than that."""
+        cosine = (poses.R.reshape(-1, 9) @ others.R.reshape(-1, 9).T - 1) / 2
+        near = self._is_near(self.anchors(poses)[:, None], self.anchors(others)[None])
+        return np.asarray(near & (cosine > np.cos(most_turn_rad)))
 
     def is_at(self, poses: Poses, others: Poses) -> np.ndarray:
         """(H,) bool: under which it would be where it is under others, of which there are as many or one: nearer than
         a fourth of its size."""
-        there, here = self.anchors(poses), self.anchors(others)
-        there[:, 2], here[:, 2] = np.maximum(there[:, 2], 1e-6), np.maximum(here[:, 2], 1e-6)
-        off = np.linalg.norm(there / there[:, 2:] - here / here[:, 2:], axis=1)
-        alike = np.abs(np.log(there[:, 2] / here[:, 2])) < _ONE
-        return np.asarray((off < _ONE * self._surface.extent / here[:, 2]) & alike)
+        return self._is_near(self.anchors(poses), self.anchors(others))
+
+    def _is_near(self, there: Array, here: Array) -> np.ndarray:
+        """(...) bool: which middles of it (..., 3) are nearer to others (..., 3) than a fourth of its size."""
+        far, depth = np.maximum(there[..., 2], 1e-6), np.maximum(here[..., 2], 1e-6)
+        x, y = (there[..., i] / far - here[..., i] / depth for i in (0, 1))
+        alike = np.abs(np.log(far / depth)) < _ONE
+        return np.asarray((np.hypot(x, y) < _ONE * self._surface.extent / depth) & alike)
 
     def flips(self, poses: Poses) -> Poses:
         """Siblings of hypotheses: a flat marker looks almost the same mirrored in the plane that faces its line of

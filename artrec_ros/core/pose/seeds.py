@@ -6,20 +6,18 @@ its class that one is hard to make out, while the others are plain; so each of t
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import product
 
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..geometry.transforms import Array, rotation_from_rotvec
+from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres, solidity
 from ..image.image_frame import ImageFrame
-from ..model.objects import ObjectModel
-from ..model.same_turns import same_turns
 from ..model.target import Target
 from .distinct import best_distinct
 from .guesses import Guesser, Key, is_small
+from .headings import Headings
 from .lookalikes import Lookalikes
 from .pose_fit import fit_component
 from .surface_model import Poses, SpatialModel
@@ -51,7 +49,7 @@ class Seeds:
             if not (c != self._root and lookalikes and lookalikes.leads_to(c))
         }
         self.has_solids = any(g.has_solids for g in self._guessers.values())
-        self._round = round_about(surface)
+        self._headings = Headings(surface, config.guesses, config.search)
         self._sizes_m2 = {c: guesser.largest_m2 for c, guesser in self._guessers.items()}
         self._reach_m = max(g.reach_m for g in self._guessers.values()) + self._guessers[self._root].reach_m
 
@@ -86,7 +84,7 @@ class Seeds:
         few = self._best_roots(frame, guesses, self._config.few_guesses, bodies=False)
         roots = self._fit_root(frame, few, self._config.few_keep)
         plain = self._votes(frame, roots, self._root).max(initial=0.0) >= self._min_votes  # by itself
-        return self._all_headings(roots) if plain else roots[:0]
+        return self._headings.of_required(roots) if plain else roots[:0]
 
     def all(self, frame: ImageFrame, blob: Blob, piece: int = 0) -> Poses:
         """Of an object of which any component made the blob, or part of it. :param piece: see `scale_range`."""
@@ -97,30 +95,13 @@ class Seeds:
                 roots = self._best_roots(frame, guesses, self._config.root_keep)
             else:
                 roots = self._fit_root(frame, guesses, self._config.root_keep, hidden=True)
-            roots = self._all_headings(roots)
+            roots = self._headings.of_required(roots)
         return Poses.concatenate([roots, self._of_limbs(frame, blob, piece)])
 
     def _fit_root(self, frame: ImageFrame, poses: Poses, keep: int, *, hidden: bool = False) -> Poses:
         """Of guesses and their fits to the required component's contours the best by its markers."""
         fitted = fit_component(self._surface, frame, poses, self._root, self._fit)
         return self._best_roots(frame, Poses.concatenate([poses, fitted]), keep, bodies=False, hidden=hidden)
-
-    def _all_headings(self, roots: Poses) -> Poses:
-        """Poses, best first, turned in all directions about the required component where that is round, which tells
-        none: the few that lie or slant otherwise. Else these poses."""
-        if not self._round or not len(roots):
-            return roots
-        axis, middle = self._round
-        normal, at = roots.R @ axis, roots.R @ middle + roots.t
-        niche, kept = self._search, list[int]()
-        for n in range(len(roots)):
-            near = np.linalg.norm(at[kept] - at[n], axis=1) < niche.niche_range * np.linalg.norm(at[n])
-            if not (near & (normal[kept] @ normal[n] > np.cos(niche.niche_rad))).any():
-                kept.append(n)
-        kept, turns = kept[: self._config.disc_poses], self._config.disc_turns
-        about = rotation_from_rotvec(2 * np.pi * np.arange(turns)[:, None] / turns * axis)  # in the object
-        R = (roots.R[kept, None] @ about).reshape(-1, 3, 3)
-        return Poses(R, np.repeat(at[kept], turns, axis=0) - R @ middle, np.repeat(roots.q[kept], turns, axis=0))
 
     def _best_roots(
         self, frame: ImageFrame, poses: Poses, n: int, *, bodies: bool = True, hidden: bool = False
@@ -136,7 +117,8 @@ class Seeds:
             if c != self._root and blob.label in guesser.labels and not frame.deadline.expired:
                 poses = guesser.guess(frame, blob, piece)
                 votes_of_limb, keep = self._votes(frame, poses, c), self._config.limb_guesses
-                parts.append(guesser.bends.of(poses[best_distinct(poses, votes_of_limb, keep, self._search)]))
+                poses = poses[best_distinct(poses, votes_of_limb, keep, self._search)]
+                parts.append(guesser.bends.of(self._headings.of_ball(poses, c)))
                 votes.append(self._votes(frame, parts[-1], c, self._root))
         poses = Poses.concatenate(parts)
         return poses[best_distinct(poses, np.concatenate(votes), self._config.limb_keep, self._search)]
@@ -161,26 +143,3 @@ class Seeds:
             mine = np.isin(self._surface.component, components) & (bodies | self._surface.is_marker)
             self._patches[components, bodies] = np.flatnonzero(mine)
         return self._patches[components, bodies]
-
-
-def round_about(surface: SpatialModel) -> tuple[Array, Array] | tuple[()]:
-    """The axis (3,) about which the required component looks the same in any direction, as a disc or a cylinder does,
-    and a point (3,) on it, in the object; joints mid-range, as poses have them that begin with it. Empty: it does not,
-    or there is nothing else."""
-    model, markers = surface.model, surface.markers_of[surface.root]
-    if len(model.components) == 1:
-        return ()
-    if model.needs_another:  # a disc
-        patch = surface.patches[markers[0]]
-        axis, middle = patch.normal, patch.drawn[0]
-    elif surface.root not in surface.solids:  # an outline that is drawn tells what it can
-        return ()
-    else:
-        alone = ObjectModel(model.name, (replace(model.required, joint=None),))
-        turns = [turn for turn in same_turns(alone) if turn.is_round]
-        if len(turns) != 1:
-            return ()
-        axis, middle = turns[0].axis, np.mean([surface.patches[p].drawn[3:].mean(axis=0) for p in markers], axis=0)
-    frames = surface.kinematics.in_object(surface.kinematics.middle[None])
-    R, t = frames.R[0, surface.root], frames.t[0, surface.root]
-    return R @ axis, R @ middle + t

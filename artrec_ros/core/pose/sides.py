@@ -5,13 +5,18 @@ from __future__ import annotations
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
+from ..geometry.polygons import perimeter, signed_area
+from ..geometry.spread import all_turns
 from ..geometry.transforms import Array
-from ..model.solids import ball_centres, middle_of, shadow_m2
+from ..model.solids import balls_of, middle_of, shadow_m2
 from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX
+
+_DIRECTIONS = 32  # from which a solid is looked at for its width
 
 if TYPE_CHECKING:
     from .surface_model import Poses, SpatialModel
@@ -30,8 +35,8 @@ class Sides:
 
     @cached_property
     def balls(self) -> frozenset[int]:
-        """Components of which no picture tells how they are turned: see `ball_centres`."""
-        return frozenset(ball_centres(self._surface.patches))
+        """Components of which no picture tells how they are turned."""
+        return frozenset(balls_of(self._surface.patches))
 
     @cached_property
     def blobs(self) -> tuple[Array, Array]:
@@ -42,10 +47,22 @@ class Sides:
         for c, markers in enumerate(surface.markers_of):
             sides = [surface.patches[p] for p in markers]
             if c in surface.solids:
-                middle[markers], area[markers] = middle_of(sides), shadow_m2(sides, ball=c in self.balls)
+                middle[markers], area[markers] = middle_of(sides), shadow_m2(sides)
             else:
                 middle[markers] = np.array([side.drawn[0] for side in sides]).reshape(-1, 3)
         return middle, area
+
+    @cached_property
+    def half_widths(self) -> Array:
+        """(M,) twice the area over the perimeter, of a square as of a strip half its width: metres. Of the sides of a
+        solid that of its outline, in the mean of some directions."""
+        surface = self._surface
+        out: Array = 2 * surface.area[surface.markers] / surface.perimeter
+        for c in surface.solids:
+            rows = np.flatnonzero(self._of == c)
+            corners = np.concatenate([surface.patches[p].drawn[3:] for p in surface.markers[rows]])
+            out[rows] = np.mean([_half_width(corners @ turn[:2].T) for turn in all_turns(_DIRECTIONS)])
+        return out
 
     def with_all(self, use: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(..., M) markers in use, and all others of the solids of which some are: their outline is one, whichever of
@@ -63,7 +80,7 @@ class Sides:
 
     def in_view(self, poses: Poses, camera: Camera) -> NDArray[np.bool_]:
         """(H, M) which markers are turned to the camera and end a pixel or more from where they begin."""
-        frames = self._surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = self._surface.kinematics.seen(poses.R, poses.t, poses.q)
         R, t = frames.R[:, self._of], frames.t[:, self._of]
         sight = (R @ self._middles[..., None])[..., 0] + t
         cosine = -((R @ self._normals[..., None])[..., 0] * sight).sum(axis=-1) / np.linalg.norm(sight, axis=-1)
@@ -74,3 +91,9 @@ class Sides:
     def _one_outline(self) -> NDArray[np.bool_]:
         """(M, M) which markers are sides of one solid."""
         return (self._of[:, None] == self._of) & np.isin(self._of, sorted(self._surface.solids))
+
+
+def _half_width(points: Array) -> float:
+    """Of the hull of points (n, 2)."""
+    hull = cv2.convexHull(points.astype(np.float32))[:, 0].astype(float)
+    return 2 * abs(signed_area(hull)) / perimeter(hull)

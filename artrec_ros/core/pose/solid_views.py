@@ -1,4 +1,4 @@
-"""Views of markers of one class that meet at an angle, such as the sides of a box of one colour.
+"""Views of markers of one class that meet at an angle, such as the sides of a box of one colour, and of balls of one.
 
 Seen together they are one blob, whose outline is that of none of them; what else is rigid to them may lie before it.
 What they look like together depends on the direction from which they are seen; one of the bank's is near to any.
@@ -25,11 +25,12 @@ _EXTENT_PX = 160  # of what is drawn: a pixel is nothing beside the angle betwee
 _LEAST_PIECE = 0.15  # of the largest: what lies before it may leave it in several, and none that is smaller tells much
 _LEAST_PX = 4.0  # what is smaller has no outline
 _GOLDEN_RAD = np.pi * (3 - 5**0.5)
+_CIRCLE = np.stack([np.cos(np.pi * np.arange(32) / 16), np.sin(np.pi * np.arange(32) / 16)], axis=1)
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
 
 class Solid(NamedTuple):
-    """Markers of one component that meet.
+    """Markers of one component that meet, or a ball that touches another one of its class.
 
     :ivar centre: (3,) amid them, in its frame: origin of the views' outlines.
     :ivar flips: (1, V, 3, 3) of each view the component's turn on the optical axis.
@@ -41,11 +42,20 @@ class Solid(NamedTuple):
 
 
 class _Face(NamedTuple):
-    """A flat piece in the frame of a component: its outline (n, 3), its normal (3,), and whether it has the class."""
+    """A flat piece in the frame of a component: its outline (n, 3), its normal (3,), and whether it has the class. Or a
+    ball's disc, whose radius is told, metres; of others that is 0."""
 
     outline: Array
     normal: Array
     has_class: bool
+    ball: float = 0.0
+
+    def seen(self, turn: Array, centre: Array) -> tuple[Array, Array]:
+        """Its outline (n, 3) and its normal along a camera's axes, about a centre."""
+        if not self.ball:
+            return (self.outline - centre) @ turn.T, turn @ self.normal
+        at = turn @ (self.outline.mean(axis=0) - centre)
+        return at + self.ball * np.array([*_CIRCLE.T, np.full(len(_CIRCLE), -1.0)]).T, np.array([0.0, 0.0, -1.0])
 
 
 def solids_of(surface: SpatialModel, component: int, config: GuessesConfig) -> list[Solid]:
@@ -66,8 +76,22 @@ def _groups(surface: SpatialModel, component: int) -> Iterator[list[int]]:
             group |= new
             new = {j for j in left - group if any((k, j) in meets for k in new)}
         left -= group
-        if len(group) > 1:
+        if len(group) > 1 or _touches(surface, component):
             yield sorted(group)
+
+
+def _touches(surface: SpatialModel, component: int) -> bool:
+    """Whether a component is a ball, and another ball of its class that is rigid to it touches it: both make one
+    blob."""
+    kin, parts, labels = surface.kinematics, surface.model.components, surface.labels
+    mine, frames = parts[component].ball, kin.in_object(kin.middle[None])
+    for other in np.flatnonzero(kin.rigid_to(component)).tolist() if mine is not None else ():
+        ball = parts[other].ball
+        if mine is not None and ball is not None and set(labels[component]) & set(labels[other]):
+            one, two = (frames.R[0, c] @ b.centre + frames.t[0, c] for c, b in ((component, mine), (other, ball)))
+            if np.linalg.norm(one - two) < (1 + MEETING) * (mine.radius + ball.radius):
+                return True
+    return False
 
 
 def _meet(surface: SpatialModel, rows: list[int]) -> set[tuple[int, int]]:
@@ -85,7 +109,8 @@ def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
         R, t = R_own.T @ frames.R[0, c], R_own.T @ (frames.t[0, c] - t_own)
         for p in surface.markers_of[c]:
             patch = surface.patches[p]
-            out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, bool(labels & set(patch.labels))))
+            ball = patch.marker.radius if patch.marker is not None and patch.marker.is_ball else 0.0
+            out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, bool(labels & set(patch.labels)), ball))
         part = surface.model.components[c]
         bodies = part.bodies if (surface.component[~surface.is_marker] == c).any() else ()  # else markers close it in
         for box, axis, sign in product(bodies, range(3), (-1.0, 1.0)):
@@ -106,7 +131,7 @@ def _solid(surface: SpatialModel, group: list[int], faces: list[_Face], config: 
     views, turns = list[MarkerView](), list[Array]()
     for turn in _all_around(config.solid_directions):
         seen = normals @ turn[2] < -least
-        if meet[np.ix_(seen, seen)].any():
+        if len(group) == 1 or meet[np.ix_(seen, seen)].any():
             for outline in _silhouettes(faces, turn, centre, gap_m):
                 views.append(view_of(outline, abs(signed_area(outline)), config))
                 turns.append(turn)
@@ -128,18 +153,18 @@ def _all_around(n: int) -> NDArray[np.float64]:
 def _silhouettes(faces: list[_Face], turn: Array, centre: Array, gap_m: float) -> list[Array]:
     """Outlines (n, 2), about a centre, of the pieces that are seen of a class: what is nearer hides what is behind it,
     and gaps are closed."""
-    shown = [f for f in faces if f.normal @ turn[2] < 0]
-    placed = [(f.outline - centre) @ turn.T for f in shown]
-    every = np.concatenate([p[:, :2] for p, f in zip(placed, shown, strict=True) if f.has_class])
+    shown = [f for f in faces if f.ball or f.normal @ turn[2] < 0]
+    placed = [f.seen(turn, centre) for f in shown]
+    every = np.concatenate([p[:, :2] for (p, _), f in zip(placed, shown, strict=True) if f.has_class])
     low, unit = every.min(axis=0), float(np.ptp(every, axis=0).max()) / _EXTENT_PX
     gap_px = round(gap_m / unit)
     size, margin = _EXTENT_PX + 2 * gap_px + 3, gap_px + 1
     y, x = np.mgrid[:size, :size]
     nearest, own = np.full((size, size), np.inf), np.zeros((size, size), np.uint8)
-    for points, face in zip(placed, shown, strict=True):
+    for (points, slope), face in zip(placed, shown, strict=True):
         mask = np.zeros((size, size), np.uint8)
         cv2.fillPoly(mask, [np.rint((points[:, :2] - low) / unit + margin).astype(np.int32)], 1)
-        slope, at = turn @ face.normal, (points[0, :2] - low) / unit + margin
+        at = (points[0, :2] - low) / unit + margin
         depth = points[0, 2] - unit * ((x - at[0]) * slope[0] + (y - at[1]) * slope[1]) / slope[2]
         before = (mask > 0) & (depth < nearest - 1e-9)
         nearest[before], own[before] = depth[before], face.has_class

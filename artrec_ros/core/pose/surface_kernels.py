@@ -35,9 +35,11 @@ class Surface(NamedTuple):
     most: Any  # (P,)
     points: Any  # (3, n)
     role: Any  # (P,)
+    bulge: Any  # (P,) by how much what it stands for lies before it, metres: a ball's radius; else 0
     contour: Any  # (M, 3, m)
     contour_along: Any  # (M, 3, m) unit directions of the contour, counter-clockwise as seen from the front
     perimeter: Any  # (M,)
+    half_width: Any  # (M,) metres, of the side of a solid that of all of it
     ring_role: Any  # (M,)
     rim_role: Any  # (M,)
     open_ring: Any  # (M, m) 1, or 0 where another marker of the object begins at the contour
@@ -89,12 +91,12 @@ def is_turned_here(s: Surface, p: int, cosine: float, depth: float, f2: float, l
 @inlined
 def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """How many times as far from the outline of marker `k` as `ring_px` rim and ring are looked at: of a wide one
-    farther, for its file, its camera's calibration and the fit are off by shares of its size. Twice the area over the
-    perimeter is half the width of a square as of a strip.
+    farther, for its file, its camera's calibration and the fit are off by shares of its size; of the side of a solid by
+    shares of the solid's.
 
     :param depth: of its middle, metres. :param f2: square of the focal length, pixels.
     """
-    half_px = 2 * s.area[s.patch_of[k]] / s.perimeter[k] * math.sqrt(f2) / max(depth, LEAST_DEPTH_M)
+    half_px = s.half_width[k] * math.sqrt(f2) / max(depth, LEAST_DEPTH_M)
     return max(1.0, limits.ring_share * half_px / limits.ring_px)
 
 
@@ -161,6 +163,18 @@ def room_of(s: Surface) -> Room:
         np.empty(m, np.int32), is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
         behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)), np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
+
+
+@inlined
+def surface_share(s: Surface, p: int, depth: float, end: float) -> float:
+    """Share of the way to a point of a patch beyond which nothing hides it: of a ball's disc where the ball begins.
+
+    :param depth: of its middle, metres. :param end: of others.
+    """
+    bulge = s.bulge[p]
+    if bulge == 0.0:
+        return end
+    return end * max(math.sqrt(depth * depth + bulge * bulge) - bulge, 0.0) / max(depth, LEAST_DEPTH_M)
 
 
 @inlined

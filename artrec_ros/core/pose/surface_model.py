@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..base.jit import LANES
-from ..geometry.transforms import Array, rows_of
+from ..geometry.transforms import Array, numbers_of, rows_of
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
@@ -45,11 +45,15 @@ class Poses:
         return len(self.R)
 
     def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
-        return Poses(*rows_of(index, self.R, self.t, self.q))
+        if isinstance(index, slice):
+            return Poses(self.R[index], self.t[index], self.q[index])
+        rows = numbers_of(index)
+        return Poses(self.R.take(rows, 0), self.t.take(rows, 0), self.q.take(rows, 0))
 
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
-        return cls(*(np.concatenate([getattr(p, n) for p in parts]) for n in ("R", "t", "q")))
+        R, t, q = [p.R for p in parts], [p.t for p in parts], [p.q for p in parts]
+        return cls(np.concatenate(R), np.concatenate(t), np.concatenate(q))
 
 
 @dataclass(frozen=True)
@@ -154,9 +158,13 @@ class SpatialModel:
             most=np.array([len(p.finer) for p in self.patches]),
             points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.role,
+            bulge=np.array(
+                [p.marker.radius if p.marker is not None and p.marker.is_ball else 0.0 for p in self.patches]
+            ),
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,
+            half_width=self.sides.half_widths,
             ring_role=self.ring_role,
             rim_role=self.rim_role,
             open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),
@@ -289,7 +297,7 @@ class SpatialModel:
 
     def shown_contour(self, poses: Poses, use: np.ndarray) -> NDArray[np.bool_]:
         """(H, M, m) which points of the contours of the markers in use (H, M) no box hides from the camera."""
-        frames = self.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = self.kinematics.seen(poses.R, poses.t, poses.q)
         out = np.zeros((len(poses), len(self.markers), self.contour.shape[1]), bool)
         used = np.ascontiguousarray(use)
         shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)

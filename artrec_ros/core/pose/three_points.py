@@ -49,6 +49,7 @@ class ThreePoints:
         self._surface, self._config, self._kin = surface, config.middles, surface.kinematics
         self._ratio = config.verdict.left_over_ratio
         self._at, self._half, self._normal = self._placed()
+        self._is_ball = np.isin(surface.component, sorted(surface.sides.balls))  # which looks the same from all sides
         self._threes = self._widest()
         self.labels = {label for three in self._threes for p in three.markers for label in self._labels(p)}
         self.least = min((len(three.markers) for three in self._threes), default=0)  # of blobs
@@ -97,6 +98,7 @@ class ThreePoints:
         there = at @ R.swapaxes(1, 2) + t[:, None]
         depth = np.maximum(there[..., 2], LEAST_DEPTH_M)
         cosine = -((normal @ R.swapaxes(1, 2)) * there).sum(axis=2) / np.linalg.norm(there, axis=2)
+        cosine[:, self._is_ball[markers]] = 1.0
         looks_px = area * np.maximum(cosine, 1e-9) * (camera.focal_px / depth) ** 2
         off = np.abs(np.log(looks_px / area_px[of]))
         may_be = (there[..., 2] > LEAST_DEPTH_M) & (off < np.log(self._ratio))  # and none is turned away
@@ -146,7 +148,8 @@ class ThreePoints:
         """Those few threes of points of markers that are rigid to each other and seen from one side that span most:
         three middles before ends."""
         markers, moves = self._surface.markers, self._kin.moves[self._surface.component]
-        together = (moves[:, None] == moves).all(axis=2) & (self._normal @ self._normal.T > 0)
+        seen_at_once = (self._normal @ self._normal.T > 0) | self._is_ball | self._is_ball[:, None]
+        together = (moves[:, None] == moves).all(axis=2) & seen_at_once
         long = markers[self._half[markers].any(axis=1)].tolist()
         kinds = (
             (combinations(markers.tolist(), 3), (0, 1, 2), (0, 0, 0)),

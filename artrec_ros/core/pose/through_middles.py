@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
-from ..geometry.transforms import Array, rotation_from_quaternion, rotation_from_rotvec, short_way
-from .bends import spread
+from ..geometry.spread import spread, turns_at
+from ..geometry.transforms import Array, rotation_from_rotvec, short_way
 from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import Poses, SpatialModel
 
@@ -96,7 +96,7 @@ class ThroughMiddles:
         even = spread(n, 3 + kin.n_joints)
         q = np.ascontiguousarray(kin.lower + (kin.upper - kin.lower) * even[:, 3:])
         if self._surface.root in self._surface.sides.balls:
-            return Poses(_all_turns(even[:, :3]), np.tile(pose.t[0], (n, 1)), q)
+            return Poses(turns_at(even[:, :3]), np.tile(pose.t[0], (n, 1)), q)
         about = rotation_from_rotvec(2 * np.pi * even[:, :1] * [0.0, 0.0, 1.0])
         if not self._facing:
             slant = self._config.slant_rad * (2 * even[:, 1:3] - 1)
@@ -149,11 +149,3 @@ class ThroughMiddles:
 
     def _cost(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
         return np.asarray((self._residuals(camera, poses, middles) ** 2).sum(axis=1))
-
-
-def _all_turns(even: Array) -> Array:
-    """(n, 3, 3) spread as evenly over all turns as (n, 3) points are over the unit cube (Shoemake, 1992)."""
-    share, a, b = even[:, 0], 2 * np.pi * even[:, 1], 2 * np.pi * even[:, 2]
-    near, far = np.sqrt(1 - share), np.sqrt(share)
-    quaternions = np.column_stack([near * np.sin(a), near * np.cos(a), far * np.sin(b), far * np.cos(b)])
-    return np.stack([rotation_from_quaternion(q) for q in quaternions])

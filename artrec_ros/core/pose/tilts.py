@@ -27,7 +27,7 @@ class Tilts:
         around = 2 * np.pi * np.arange(_WAYS) / _WAYS
         across = np.column_stack([np.cos(around), np.sin(around), np.zeros(_WAYS)])
         self._turns = rotation_from_rotvec(np.concatenate([across * by for by in _BY_RAD]))  # about lines of sight's
-        self._is_solid = surface.root in surface.solids - surface.sides.balls
+        self._is_solid = surface.root in surface.solids
         mine = surface.markers_of[surface.root] if self._is_solid else []
         self._corners = np.concatenate([surface.patches[p].drawn[3:] for p in mine]) if mine else np.zeros((0, 3))
 

@@ -45,7 +45,7 @@ class MarkerView:
 def view_bank(marker: Marker, config: GuessesConfig, *, facing: bool = False) -> list[MarkerView]:
     """The marker face on, and turned across some of the image's directions. :param facing: face on alone."""
     turns, directions = [(0.0, 0.0)], config.directions
-    if facing:
+    if facing or marker.is_ball:
         return [_view(marker, 0.0, 0.0, config)]
     if marker.disc_radius is not None:  # a disc squeezed in any direction is the same ellipse turned
         turns += [(turn, 0.0) for turn in config.turns_rad]

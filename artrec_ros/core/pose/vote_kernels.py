@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, locate, turned
-from ..model.chain_kernels import Chain, place_all
+from ..model.chain_kernels import Chain, place_seen
 from .covering_kernels import COVERED, cover, hide_by_markers
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
 from .surface_kernels import (
@@ -25,6 +25,7 @@ from .surface_kernels import (
     look_beside,
     points_of,
     room_of,
+    surface_share,
     weigh_points,
     widened,
 )
@@ -91,14 +92,14 @@ def score_patches(
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     all_moved, near = np.ones(n_c, np.bool_), np.empty(len(patches), np.int64)
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if covered:
             cover(s, frames_R, frames_t, view, limits, room)
         scores = Scores(votes[h], area_px[h], agree[h], near)
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
 
 
-@lean
+@melted
 def score_hypothesis(
     s: Surface, R: Any, t: Any, patches: Any, moved: Any, view: LabelView, limits: SurfaceLimits, occlusion: bool,
     room: Room, scores: Scores,
@@ -169,7 +170,7 @@ def said_of(
     if near:
         weigh_points(A_of_all, b_of_all, on, depth, room.weight)
     if n_near:
-        hide(s, A_of_all, b_of_all, on, room, n_near, limits.behind)
+        hide(s, A_of_all, b_of_all, on, room, n_near, surface_share(s, p, depth, limits.behind))
     k = s.marker_of[p]
     covered = k >= 0 and room.behind[k]
     if covered:
@@ -193,7 +194,7 @@ def said_of(
     cut = k >= 0 and seen > 0.0 and n_near > 0 and shown < all_of_it
     if cut:  # as by a bezel, the outline may be hidden altogether
         on = s.contour[k]
-        hide(s, A, b, (on[0], on[1], on[2]), room, n_near, limits.behind)
+        hide(s, A, b, (on[0], on[1], on[2]), room, n_near, surface_share(s, p, depth, limits.behind))
         cut = not room.hidden[: on.shape[1]].all()
     if k >= 0 and seen > limits.ring_visible * (shown if cut else all_of_it):
         ring, parted = ring_votes(s, k, own, A, b, depth, near, cut, view, limits, room)

@@ -45,7 +45,7 @@ class Tracker:
     def __init__(self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True) -> None:
         """:param targets: tell what joints are measured in, and how large objects are.
         :param in_doubt: whether scores are probabilities to which other frames add; else each frame tells for itself
-            what is there, and only names and motions are carried on.
+            what is there, how it is turned and which one it is, and only ids and motions are carried on.
         """
         self._numbers, self._units = Numbers(), units_of(targets)
         self._sizes = sizes_of(targets)
@@ -56,7 +56,7 @@ class Tracker:
 
     def configure(self, config: TrackingConfig, in_doubt: bool = True) -> None:
         """Go on with other parameters."""
-        self._config, self._in_doubt = config, in_doubt
+        self._config, self._in_doubt = config if in_doubt else _without_memory(config), in_doubt
         self._motion = MotionModel(config.speed, config.steady_s)
         if not config.enabled:
             self.forget()
@@ -107,8 +107,9 @@ class Tracker:
         # in another scene what lies near is somebody else, too
         row_of = {n: row for n, row in row_of.items() if goes_on * odds[row] >= 1 - goes_on}
         row_of |= self._leapt(found, sightings, row_of, dt_s) if goes_on > 1 - goes_on else {}
-        result, sightings = self._turned(result, row_of, sightings)
-        found = result.detections
+        if self._in_doubt:
+            result, sightings = self._turned(result, row_of, sightings)
+            found = result.detections
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
@@ -286,10 +287,15 @@ class Tracker:
             else:
                 self._numbers.keep(tracks.names[row], number)
         there = tracks.existence.probability
-        likely = there >= _NAMED
+        likely = (there >= _NAMED) & self._in_doubt
         likely[list(rows)] = True
         identities = identified(tracks.names, tracks.identities, likely, there, self._config.sightings.misnamed)
         self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
+
+
+def _without_memory(config: TrackingConfig) -> TrackingConfig:
+    """That each frame tells for itself which one of several like objects each is."""
+    return replace(config, sightings=replace(config.sightings, identity_memory=0.0))
 
 
 def _waiting(detection: Detection, likely: float, least: float) -> Rejection:

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cache, cached_property, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
+from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import SpatialModel
 from . import acceptance_curves, colour_curves, facing_curves
 from .acceptance_curves import Model
@@ -131,12 +132,12 @@ class Verdict:
         """The component that explains better what is taken for the required one, where the object has one to spare:
         whatever the clock says."""
         claim, finder = self.claim, self.claim.finder
-        patch, names = self.shown[finder.root], [c.name for c in finder.surface.model.components]
-        if not self.confirmed[finder.root] or len(self.others) + 1 == len(names):
+        patch, components = self.shown[finder.root], finder.surface.model.components
+        if not self.confirmed[finder.root] or len(self.others) + 1 == len(components):
             return None
         scores = claim.scores.votes[0, patch], claim.scores.area_px[0, patch]
         found = finder.stand_ins.better(claim.frame.unhurried(), claim.poses, patch, *map(float, scores))
-        return None if found is None else names[found]
+        return None if found is None else components[found].name
 
     @property
     def probability(self) -> float:
@@ -160,7 +161,7 @@ class Verdict:
     @property
     def doubt(self) -> str:
         """What speaks against a claim: what is not confirmed of it."""
-        fits = f"fits by {self.evidence.edge:.2f} (1: all around)"
+        fits = f"fits by {self.evidence.edge:.2f} (1: all around; below 0: its class goes on, or ends within)"
         if self.case.startswith("alone"):
             several = len(self.claim.finder.surface.model.components) > 1
             return f"its outline {fits}{', and no other component should be in view' if several else ''}"
@@ -195,20 +196,8 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
 
     :param sizes: of which markers may look: chance bears out each claim as many times as easily.
     """
-    finder = claims.finder
-    surface, config, n = finder.surface, finder.config, (len(claims), len(finder.surface.model.components))
-    thin_px = 2 * (surface.votes.ring_px + surface.votes.ring_width_px)
-    v = surface.votes
-    most = float(v.rim[0] + v.ring[2])
-    told = np.zeros(len(surface.patches), bool)
-    told[surface.classed_faces] = True
-    by = Criteria(
-        finder.root, surface.rigid_to_root & (not finder.facing), n[1], told,
-        surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
-        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
-        most, config.required == "visible", surface.root_others,
-        finder.facing, finder.facing and surface.overlaps,
-    )  # fmt: skip
+    finder, by = claims.finder, _criteria(claims.finder)
+    surface, n = finder.surface, (len(claims), by.n_components)
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
         np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n),
@@ -230,15 +219,31 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
+@lru_cache(maxsize=16)
+def _criteria(finder: WholeObjectFinder) -> Criteria:
+    """By which one target's claims are judged."""
+    surface, config, v = finder.surface, finder.config, finder.surface.votes
+    thin_px, most = 2 * (v.ring_px + v.ring_width_px), float(v.rim[0] + v.ring[2])
+    told = np.zeros(len(surface.patches), bool)
+    told[surface.classed_faces] = True
+    return Criteria(
+        finder.root, surface.rigid_to_root & (not finder.facing), len(surface.model.components), told,
+        surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
+        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
+        most, config.required == "visible", surface.root_others,
+        finder.facing, finder.facing and surface.overlaps,
+    )  # fmt: skip
+
+
 def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
     """(H,) how many times as easily chance bears out objects whose components may be of one of several classes: what
     may be of k is borne out k times as easily as what is of one, of which the curves are.
 
     :param confirmed: (H, C)
     """
-    choices = np.log([len(labels) for labels in surface.labels])
-    others = np.delete(confirmed, surface.root, axis=1)
-    mean = others @ np.delete(choices, surface.root) / np.maximum(others.sum(axis=1), 1)
+    counted = np.arange(len(surface.labels)) != surface.root
+    choices, others = np.log([len(labels) for labels in surface.labels]), confirmed.compress(counted, axis=1)
+    mean = others @ choices[counted] / np.maximum(others.sum(axis=1), 1)
     return np.asarray(np.exp(mean), np.float64)
 
 

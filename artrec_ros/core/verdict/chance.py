@@ -38,14 +38,12 @@ class _Blobs(NamedTuple):
 
     label: NDArray[np.int64]
     area_px: Array
-    low: NDArray[np.int32]
-    high: NDArray[np.int32]
+    low: NDArray[np.int64]
+    high: NDArray[np.int64]
 
     @classmethod
     def of(cls, blobs: Sequence[Blob]) -> _Blobs:
-        first = np.cumsum([0, *(len(b.pixels) for b in blobs[:-1])])
-        pixels = np.concatenate([b.pixels for b in blobs])
-        low, high = (end.reduceat(pixels, first) for end in (np.minimum, np.maximum))
+        low, high = np.stack([b.box for b in blobs], axis=1)
         return cls(np.array([b.label for b in blobs]), np.array([b.area_px for b in blobs]), low, high)
 
 
@@ -62,8 +60,8 @@ class Chances:
 
         :param blobs: of the frame. :param among: all its objects, these too.
         """
-        for_one, by_number = self._finder.config.verdict.chance_odds
-        return np.asarray(1 + np.exp(for_one) * self.expected(verdicts, frame, blobs, among) ** by_number)
+        share = self._finder.config.verdict.chance_share
+        return np.asarray(1 + share * self.expected(verdicts, frame, blobs, among))
 
     def expected(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob], among: Sequence[Verdict]
@@ -147,7 +145,7 @@ def _explained_by(
 ) -> NDArray[np.bool_]:
     """(H, B) the same by one target's, be the component confirmed or not: what shows one badly is no other one's."""
     surface, poses = finder.surface, Poses.concatenate([v.claim.poses for v in verdicts])
-    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
     at = project(frame.camera, surface.place(frames, surface.sides.blobs[0], surface.component))
     shown, first = np.array([v.shown for v in verdicts]), [markers[0] for markers in surface.markers_of]
     at = np.take_along_axis(at, np.where(shown < 0, first, shown)[:, :, None], axis=1)[:, :, None]

@@ -155,7 +155,7 @@ def corners_of(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:
 
 def corners_m(surface: SpatialModel, poses: Poses) -> Array:
     """(H, n, 3) where these are, metres in the camera's frame."""
-    frames, hulls = surface.kinematics.forward(poses.R, poses.t, poses.q), surface.hulls
+    frames, hulls = surface.kinematics.seen(poses.R, poses.t, poses.q), surface.hulls
     return surface.place(frames, hulls.corners, hulls.component)
 
 

@@ -11,7 +11,7 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, IdentityFit, ImagePose, Instance, OtherTurn, Rejection
+from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing, OtherTurn, Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.other_ways import LEAST_BEND, OtherWays
@@ -98,21 +98,22 @@ class Describer:
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
-        frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+        frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
         parts, view = self._in_view.of(verdicts, told, frames, frame, among)
         parts = parts if layouts is None else self._showing(parts, layouts)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
         detections = [
-            replace(
-                self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n]), missing=lacks
-            )
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks)
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
         if self._chances is not None:
             times = self._chances.times(verdicts, frame, blobs, among or verdicts)
             detections = [by_chance(d, float(t)) for d, t in zip(detections, times, strict=True)]
-        detections = [replace(_beside(d, e), other_turn=None) for d, e in zip(detections, rest.elsewhere, strict=True)]
+        detections = [
+            d if e is None else replace(_beside(d, e), other_turn=None)
+            for d, e in zip(detections, rest.elsewhere, strict=True)
+        ]
         detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
         ways = self._other_ways.of(shows, poses, seen, rest.used)
         detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
@@ -159,6 +160,7 @@ class Describer:
         parts: tuple[Instance, ...],
         covariance: Array | None,
         identity: IdentityFit | None,
+        missing: tuple[Missing, ...],
     ) -> Detection:
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
@@ -190,6 +192,7 @@ class Describer:
             None if covariance is None else covariance[:6, :6].copy(),
             identity=identity,
             joint_deviations=deviations,
+            missing=missing,
         )
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:
@@ -200,7 +203,7 @@ class Describer:
             one, *left = left
             first.append(one)
             if left:
-                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)
+                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)[:, 0]
                 left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
         return first
 

@@ -39,7 +39,7 @@ def enough_of(
         for d, lack in zip(ordered, lacking, strict=True)
         if lack is not None
     ]
-    return [replace(d, id=n) for n, d in enumerate(told)], reasons
+    return [d if d.id == n else replace(d, id=n) for n, d in enumerate(told)], reasons
 
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import inlined, jit, lean, melted
 from ..geometry.pixel_kernels import LabelView, locate, project, turned
-from ..model.chain_kernels import Chain, place_all
+from ..model.chain_kernels import Chain, place_seen
 from ..pose.covering_kernels import COVERED, cover
 from ..pose.surface_kernels import (
     LEAST_DEPTH_M,
@@ -85,7 +85,7 @@ def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
     return s.perimeter[s.marker_of[p]] * math.sqrt(max(said.area_px[h, p], 1e-9) / s.area[p])
 
 
-@lean
+@melted
 def along_outline(
     s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
 ) -> tuple[float, float, float]:
@@ -113,7 +113,7 @@ def along_outline(
     return votes / least, (known - amid) / least, least / max(seen, 1) * free / m
 
 
-@lean
+@melted
 def outline_of(
     s: Surface, said: Said, by: Criteria, h: int, best: int, looked: bool, A: Any, b: Any, view: LabelView,
     limits: SurfaceLimits, room: Room,
@@ -146,7 +146,7 @@ def outline_of(
     return (votes - inside) / max(around, 1e-12), rims / max(total, 1e-12), parts / max(total, 1e-12)
 
 
-@lean
+@melted
 def confirm(
     s: Surface, said: Said, by: Criteria, h: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room,
     found: Found, rims: Any,
@@ -293,7 +293,7 @@ def examine(
     frames_R, frames_t, scratch = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((3, 3, 3))
     joints, room, rims = np.empty((2, n_joints, 3)), room_of(s), np.empty(n_c)
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if by.overlaps:
             cover(s, frames_R, frames_t, view, limits, room)
         confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found, rims)

@@ -22,7 +22,6 @@ from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
 from ..model.found import Instance
 from ..model.kinematics import Frames
-from ..model.solids import ball_centres
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
@@ -50,10 +49,8 @@ class PartsInView:
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
-        balls = {} if finder.facing else ball_centres(patches)
-        self._is_ball = np.array([p.component in balls for p in patches], bool)
-        drawn = [np.vstack([balls.get(p.component, p.drawn[0]), p.drawn[1:]]) for p in patches]
-        self._points = np.concatenate([p.inside for p in patches] + drawn)
+        self._is_ball = np.array([p.marker is not None and p.marker.is_ball for p in patches], bool)
+        self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
         component = surface.component[surface.markers]
         self._on = np.concatenate([np.repeat(component, INSIDE_POINTS), np.repeat(component, n_drawn)])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
@@ -20,7 +21,7 @@ from .reach import Reach
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
 NO_DIRECTION = "nothing but one component is seen, a disc, which tells no direction"
-_WITHOUT_REQUIRED = [n for n, case in enumerate(CASES) if case.startswith(("unseen", "faded"))]
+_WITHOUT_REQUIRED = np.array([case.startswith(("unseen", "faded")) for case in CASES])
 
 
 @dataclass(frozen=True)
@@ -32,6 +33,7 @@ class Judge:
     :param reach: where objects are looked for.
     :param unseen: whether an object whose required component cannot be seen is told. Its pixels it owns in any case:
         they are no other's.
+    :param asked: what `trust_and_place` was asked before, of one frame; None: it does not note it.
     """
 
     min_votes: float
@@ -39,6 +41,7 @@ class Judge:
     min_components: int = 0
     reach: Reach = Reach()
     unseen: bool = False
+    asked: dict[tuple[int, int, bytes], tuple[LabelField, tuple[float, bool]]] | None = None
 
     @classmethod
     def of(cls, config: RecognizerConfig) -> Judge:
@@ -93,7 +96,7 @@ class Judge:
         shown = verdicts.required_shown
         if not unseen:
             return shown
-        return np.asarray(shown | np.isin(verdicts.case, _WITHOUT_REQUIRED))
+        return np.asarray(shown | _WITHOUT_REQUIRED[verdicts.case])
 
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
@@ -113,8 +116,17 @@ class Judge:
         outline, it may lie across other ones, of an object whose own is elsewhere."""
         if not len(poses):
             return 0.0, False
-        verdict = self.verdicts(finder, poses[:1], frame)[0]
-        return self.trust(verdict), not verdict.confirmed[finder.root] or verdict.evidence.rim >= 0
+        one, asked = poses[:1], {} if self.asked is None else self.asked
+        key = id(finder), id(frame.field), b"".join(values.tobytes() for values in (one.R, one.t, one.q))
+        if key not in asked:
+            verdict = self.verdicts(finder, one, frame)[0]
+            placed = not verdict.confirmed[finder.root] or verdict.evidence.rim >= 0
+            asked[key] = frame.field, (self.trust(verdict), placed)  # while the field is there none else has its number
+        return asked[key][1]
+
+    def in_one_frame(self) -> Judge:
+        """The same, that knows what it was asked before: a hypothesis is, where it is found, and where it is taken."""
+        return replace(self, asked={})
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
@@ -149,6 +161,20 @@ class Judge:
         if verdict.probability < self.min_probability:
             return too_low(verdict.probability, self.min_probability, verdict.doubt)
         return None
+
+
+class FirstLooks:
+    """Verdicts on candidates of one frame while nobody owns pixels: where some more come they are the same."""
+
+    def __init__(self) -> None:
+        self._of: dict[tuple[int, int, int], tuple[Poses, Verdicts]] = {}
+
+    def at(self, finder: WholeObjectFinder, poses: Poses, first: int, look: Callable[[], Verdicts]) -> Verdicts:
+        """Verdicts on some of a target's poses, from the `first` on. :param look: makes them where none are known."""
+        key = id(finder), id(poses), first
+        if key not in self._of:
+            self._of[key] = poses, look()  # while the poses are there none else has their number
+        return self._of[key][1]
 
 
 def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:

@@ -53,6 +53,18 @@ class LeftOver(NamedTuple):
 _NOTHING = LeftOver({}, 0.0)
 
 
+class _Sizes(NamedTuple):
+    """Of B blobs: their middles (B, 2), classes (B,), and pixels (B,)."""
+
+    middles: Array
+    label: NDArray[np.int64]
+    area_px: Array
+
+    @classmethod
+    def of(cls, blobs: Sequence[Blob]) -> _Sizes:
+        return cls(centres(blobs), np.array([b.label for b in blobs]), np.array([b.area_px for b in blobs]))
+
+
 def _share(config: RecognizerConfig, spare: float) -> float:
     at_first, by_spare = config.verdict.left_over_odds
     return float(1 / (1 + np.exp(at_first + by_spare * spare)))
@@ -92,9 +104,9 @@ class LeftOvers:
         mine = [b for b in blobs if b.label in labels]
         if not mine:
             return [_NOTHING] * len(seen)
-        placed = self._finder.surface.place(frames, self._middle, self._of)
+        placed, sizes = self._finder.surface.place(frames, self._middle, self._of), _Sizes.of(mine)
         near = [
-            self._near(sorted(lacks), sorted(own), placed[h], frame.camera, mine) if own and lacks else {}
+            self._near(sorted(lacks), sorted(own), placed[h], frame.camera, sizes) if own and lacks else {}
             for h, (lacks, own) in enumerate(zip(missing, seen, strict=True))
         ]
         asked = np.zeros(len(mine), bool)
@@ -139,21 +151,21 @@ class LeftOvers:
         return free
 
     def _near(
-        self, missing: Sequence[int], seen: Sequence[int], at: Array, camera: Camera, blobs: Sequence[Blob]
+        self, missing: Sequence[int], seen: Sequence[int], at: Array, camera: Camera, blobs: _Sizes
     ) -> dict[int, Array]:
         """By component (B,) how far each blob that it may have made is from where the pose has it, pixels; inf: none.
 
         :param at: (M, 3) the middles of all markers.
         """
         pixels, scale = project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
-        middles, label = centres(blobs), np.array([b.label for b in blobs])
-        area_px, out = np.array([b.area_px for b in blobs]), dict[int, Array]()
-        shown = np.flatnonzero(np.isin(self._of, seen))
-        off = np.linalg.norm(middles[:, None] - pixels[shown], axis=2)
+        (middles, label, area_px), out = blobs, dict[int, Array]()
+        shown = np.flatnonzero((self._of[:, None] == seen).any(axis=1))
+        off, usual = np.linalg.norm(middles[:, None] - pixels[shown], axis=2), np.median(scale[shown])
         for c in missing:
             mine = np.flatnonzero(self._of == c)
-            size_px = self._area[mine] * np.median(scale[shown]) ** 2
-            alike = np.isin(label, self._finder.surface.labels[c]) & self._as_large(area_px, size_px)
+            alike = self._as_large(area_px, self._area[mine] * usual**2)
+            if alike.any():
+                alike &= (label[:, None] == self._finder.surface.labels[c]).any(axis=1)
             if not alike.any():
                 continue
             own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
@@ -208,7 +220,7 @@ def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver)
         for name, deviation in detection.joint_deviations.items()
     }
     names = [c.name for c in finder.target.model.components]
-    at = {names[c]: blob.contour.mean(axis=0).tolist() for c, blob in left.blobs.items()}
+    at = {names[c]: blob.middle.tolist() for c, blob in left.blobs.items()}
     lacks = tuple(
         Missing(m.component, "elsewhere", *at[m.component]) if m.component in at else m for m in detection.missing
     )

@@ -30,8 +30,7 @@ _NOT_SEEN, _TOO_SMALL, _HIDDEN, _OUT_OF_VIEW, _TURNED_AWAY = range(len(_STATES))
 class MarkersInView:
     """What of the M markers of H objects, by n points on each, could be seen.
 
-    :param centre: (H, M, 2) their centroids, of a ball's sides its centre, pixels. :param depth: (H, M) of these,
-        metres.
+    :param centre: (H, M, 2) their centroids, pixels. :param depth: (H, M) of these, metres.
     :param outlines: of each of the M markers (H, n, 2), pixels.
     :param within: (H, M, n) in the image. :param open: (H, M, n) not hidden by the object itself, of markers that face
         the camera. :param free: (H, M, n) not hidden by another one; where it is not known what is nearer, not owned.

@@ -86,7 +86,7 @@ class _InCamera:
     @classmethod
     def of(cls, verdict: Verdict) -> _InCamera:
         surface, poses = verdict.claim.finder.surface, verdict.claim.poses
-        frames, boxes = surface.kinematics.forward(poses.R, poses.t, poses.q), surface.opaque
+        frames, boxes = surface.kinematics.seen(poses.R, poses.t, poses.q), surface.opaque
         R, t = frames.R[0, boxes.component], frames.t[0, boxes.component]
         axes, middle = R @ boxes.R, (R @ boxes.t[..., None])[..., 0] + t
         return cls(axes, -(middle[:, None] @ axes)[:, 0], boxes.half)

@@ -98,7 +98,7 @@ def _row(surface: SpatialModel, part: Instance) -> int:
 
 def _places(surface: SpatialModel, camera: Camera, poses: Poses) -> Array:
     """(H, M, 4) x, y, theta and scale of all markers, as of `Instance`."""
-    frames = surface.kinematics.forward(poses.R, poses.t, poses.q)
+    frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
     points = np.concatenate([surface.patches[p].drawn[:3] for p in surface.markers.tolist()])
     X = surface.place(frames, points, np.repeat(surface.component[surface.markers], 3))
     pixels = project(camera, X).reshape(len(poses), -1, 3, 2)

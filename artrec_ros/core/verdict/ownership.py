@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -17,14 +18,17 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts
 from .claims import Seen, corners_of, widened
-from .judge import Judge
+from .judge import FirstLooks, Judge
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
 _AT_ONCE = 64  # claims between two looks at the clock
 
 
 def share_out(
-    found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, judge: Judge
+    found: Sequence[tuple[WholeObjectFinder, Poses]],
+    frame: ImageFrame,
+    judge: Judge,
+    first_looks: FirstLooks | None = None,
 ) -> tuple[list[Verdict], Sequence[Verdict]]:
     """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place:
     sorted out when they are looked at.
@@ -34,9 +38,11 @@ def share_out(
     takes its pixels, too: laid otherwise, they would make an object that is not there. When the time is over, only what
     was judged is shared out, and what stands in an accepted one's place is dropped instead; of what was turned down
     nothing is told.
+
+    :param first_looks: at those of these candidates that were shared out before.
     """
     field, accepted = _Field(found, frame.camera, judge), []
-    field.judge_all(frame)
+    field.judge_all(frame, first_looks or FirstLooks())
     while len(best := field.best()):
         accepted += [(field.worth[row], field.verdict(row)) for row in best.tolist()]
         met = field.taken(best)
@@ -72,7 +78,7 @@ class _Field:
         self._swells = [False] * len(self._groups)  # by what most of an image's objects show
         self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
 
-    def judge_all(self, frame: ImageFrame) -> None:
+    def judge_all(self, frame: ImageFrame, known: FirstLooks) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
         looks: list[list[tuple[NDArray[np.int64], Verdicts]]] = [[] for _ in self._groups]
         for first in range(0, max((len(g.poses) for g in self._groups), default=0), _AT_ONCE):
@@ -81,23 +87,27 @@ class _Field:
             for g, (begin, end) in enumerate(pairwise(self._first)):
                 rows = np.arange(min(begin + first, end), min(begin + first + _AT_ONCE, end))
                 if len(rows):
-                    looks[g].append((rows, self._judge_of(g, rows, frame, known=False)))
+                    group, look = self._groups[g], partial(self._judge_of, g, rows, frame)
+                    looks[g].append((rows, self._note(g, rows, known.at(group.finder, group.poses, first, look))))
         for g, mine in enumerate(looks):
             if mine and self._groups[g].may_swell and not frame.deadline.expired:
                 self._look_swollen(g, mine)
 
     def judge(self, rows: NDArray[np.int64], frame: ImageFrame) -> None:
         """Judge some again, by the pixels that nobody owns in a frame."""
-        for g, (begin, end) in enumerate(pairwise(self._first)):
-            mine = rows[(rows >= begin) & (rows < end)]
-            if len(mine):
-                verdicts = self._judge_of(g, mine, frame, known=True)
-                if self._swells[g]:
-                    self._swell(mine, self._judge.swollen(verdicts))
+        for g, mine in self._by_group(rows):
+            seen = self._seen[g].of(mine - self._first[g])
+            verdicts = self._note(g, mine, self._judge_of(g, mine, frame, seen))
+            if self._swells[g]:
+                self._swell(mine, self._judge.swollen(verdicts))
 
-    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, *, known: bool) -> Verdicts:
-        group, seen, own = self._groups[g], self._seen[g], rows - self._first[g]
-        verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen.of(own) if known else None)
+    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, seen: Seen | None = None) -> Verdicts:
+        group = self._groups[g]
+        return self._judge.verdicts(group.finder, group.poses[rows - self._first[g]], frame, seen)
+
+    def _note(self, g: int, rows: NDArray[np.int64], verdicts: Verdicts) -> Verdicts:
+        """Have verdicts be the last ones on some of a target's."""
+        seen, own = self._seen[g], rows - self._first[g]
         seen.full_px[own], seen.even[own] = verdicts.claims.seen
         self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
         for i, row in enumerate(rows.tolist()):
@@ -152,20 +162,25 @@ class _Field:
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""
         self.worth[rows] = -np.inf
-        for row in rows.tolist():
-            self._clear(row)
+        for g, mine in self._by_group(rows):
+            self._clear(g, mine)
         left = np.flatnonzero(self.worth > -np.inf)
         return left[self._meet(left, rows).any(axis=1)]
 
-    def _clear(self, row: int) -> None:
-        """Where an object stands there is no other one of its target: what it leaves of its rim is none."""
-        g = int(np.searchsorted(self._first, row, side="right")) - 1
-        group, first, last = self._groups[g], self._first[g], self._first[g + 1]
-        left = first + np.flatnonzero(self.worth[first:last] > 0)
-        if len(left):
-            one, turn = group.poses[[row - first]], group.finder.config.search.niche_rad
-            same = group.finder.required.is_in_place_of(group.poses[left - first], one, turn)
-            self.worth[left[same]] = -np.inf
+    def _by_group(self, rows: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+        """Those of each target that has some."""
+        for g, (begin, end) in enumerate(pairwise(self._first)):
+            mine = rows[(rows >= begin) & (rows < end)]
+            if len(mine):
+                yield g, mine
+
+    def _clear(self, g: int, rows: NDArray[np.int64]) -> None:
+        """Where objects of one target stand there is no other one of it: what they leave of their rims is none."""
+        group, first = self._groups[g], self._first[g]
+        left = np.flatnonzero(self.worth[first : self._first[g + 1]] > 0)
+        turn = group.finder.config.search.niche_rad
+        same = group.finder.required.is_in_place_of(group.poses[left], group.poses[rows - first], turn).any(axis=1)
+        self.worth[first + left[same]] = -np.inf
 
     def _meet(self, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(n, m) whether what one owns can matter to the other."""

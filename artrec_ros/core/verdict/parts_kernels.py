@@ -8,7 +8,7 @@ import numpy as np
 
 from ..base.jit import inlined, jit, lean
 from ..geometry.pixel_kernels import LabelView, project
-from ..model.chain_kernels import Chain, place_all
+from ..model.chain_kernels import Chain, place_seen
 from ..pose.covering_kernels import contains
 from ..pose.surface_kernels import Surface
 
@@ -55,7 +55,7 @@ def shares_alone(
     joints = np.empty((2, q.shape[1], 3))
     inside, outline, box = np.empty((n_c, most, 2)), np.empty((n_c, m, 2)), np.empty((n_c, 4))
     for h in range(len(R)):
-        place_all(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         for c in range(n_c):
             out[h, c] = 1.0
             if shown[h, c] >= 0:

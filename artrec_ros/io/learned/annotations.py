@@ -97,8 +97,8 @@ class Annotations:
             for name in names:
                 if name not in known:
                     raise ConfigError(
-                        f"keypoint '{name}' of category '{category}' is no component/marker.tail or .head of object "
-                        f"'{model.name}'{nearest(name, known)}{several}"
+                        f"keypoint '{name}' of category '{category}' is no component/marker.tail or .head, nor a "
+                        f"ball's .centre or .edge, of object '{model.name}'{nearest(name, known)}{several}"
                     )
         return [_example(o, markers) for o in self.objects]
 

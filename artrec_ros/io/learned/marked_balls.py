@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
 from ...core.model.objects import Component, ObjectModel
 from ...core.model.target import Target
@@ -16,6 +17,7 @@ if TYPE_CHECKING:
     from .annotations import AnnotatedObject
 
 _CORNERS = 48  # of an outline: a circle but for a three hundredth of its area
+_LEAST_PX = 1.0  # of a radius: a smaller one is a slip
 _CENTRE, _EDGE = "centre", "edge"
 
 
@@ -32,5 +34,10 @@ def marked_balls(annotated: AnnotatedObject, target: Target) -> Iterator[tuple[C
     for name in target.balls:
         centre, edge = (annotated.points.get(f"{name}.{end}") for end in (_CENTRE, _EDGE))
         if centre is not None and edge is not None:
-            circle = np.linalg.norm(edge - centre) * around
+            radius_px = np.linalg.norm(edge - centre)
+            if radius_px < _LEAST_PX:
+                raise ConfigError(
+                    f"{annotated.place}: '{name}.{_EDGE}' lies on '{name}.{_CENTRE}'; mark a point of the ball's rim"
+                )
+            circle = radius_px * around
             yield target.model.component(name), centre + np.stack([circle.real, circle.imag], axis=1)

@@ -21,7 +21,7 @@ from .detection_messages import HeaderOf, Message, instance_name, pose_message, 
 from .image_messages import image_frame, turn_in_image
 
 # visualization_msgs/Marker
-LINE_STRIP, LINE_LIST, TEXT_VIEW_FACING = 4, 5, 9
+SPHERE, LINE_STRIP, LINE_LIST, TEXT_VIEW_FACING = 2, 4, 5, 9
 ADD, DELETE = 0, 2
 
 _AXIS_COLOURS = ((1.0, 0.0, 0.0), (0.0, 0.8, 0.0), (0.2, 0.4, 1.0))  # x, y, z as RViz draws them
@@ -107,6 +107,20 @@ class MarkerScene:
             fields["points"] = [xyz(p) for p in (*line, line[0])]
             number = detection.id * len(slots) + slot
             yield _marker(f"{detection.object}/outline", number, drawn, drawn.colour, **fields)
+        for key, centre, radius_m in self._balls(detection):
+            fields = {"type": SPHERE, "scale": xyz(np.full(3, 2 * radius_m), "Vector3")}
+            at, number = pose_message(Pose(np.eye(3), centre)), detection.id * len(slots) + slots[key]
+            yield _marker(f"{detection.object}/outline", number, drawn, drawn.colour, at, **fields)
+
+    def _balls(self, detection: Detection) -> Iterator[tuple[tuple[str, str], Array, float]]:
+        """Component and marker of those that are seen, and their centres (3,) and radii, metres."""
+        model, pose = self._models[detection.object], detection.told_pose
+        if pose is None or detection.pose_from != "fit":
+            return
+        frames = component_frames(self._kinematics[detection.object], pose, detection.told_joints)
+        for c in detection.components:
+            if (ball := model.component(c.component).ball) is not None:
+                yield (c.component, c.marker), frames[c.component].apply(ball.centre[None])[0], ball.radius
 
     def _outlines(self, detection: Detection) -> Iterator[tuple[tuple[str, str], Array]]:
         """Component and marker, and (n, 3) its outline where the object is drawn."""
@@ -115,6 +129,8 @@ class MarkerScene:
             frames = component_frames(self._kinematics[detection.object], pose, detection.told_joints)
             for component, marker in {(c.component, c.marker) for c in detection.components}:
                 part = model.component(component)
+                if part.ball is not None:
+                    continue  # it has no outline in space
                 for side in part.markers if component in self._solids[detection.object] else [part.marker(marker)]:
                     assert side.T_component_marker is not None  # the object was fitted
                     points = side.T_component_marker.apply(in_space(side.outline))

@@ -69,7 +69,10 @@ def _contour(image: NDArray, classes: bool, label: int | None, path: Path) -> Ar
     contour = subpixel_contour(level, path)
     edge = np.array(level.shape[::-1]) - 1
     if np.any(contour.min(axis=0) < _BORDER_PX - 1) or np.any(contour.max(axis=0) > edge - _BORDER_PX + 1):
-        raise ConfigError(f"{path}: the shape touches the image's border; leave some background all around it")
+        raise ConfigError(
+            f"{path}: the shape touches the image's border; leave some background all around it, also within the sheet "
+            "that --corners mark"
+        )
     return contour
 
 

@@ -77,13 +77,10 @@ def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labe
     shapes, labels = _shapes(model), labels or Labels.of(model)
     lines = [*(f"# {c}" for c in comments), f"format: {FORMAT}", f"name: {_name(model.name)}"]
     lines += [f"classes: {_mapping(labels.declared)}"] if labels.declared else []
-    lines += ["", "markers:"]
-    written: set[str] = set()
-    for key, marker in model.markers.items():
-        name = shapes[key]
-        if name not in written:
-            lines += _shape(name, marker)
-            written.add(name)
+    of = {name: marker for key, marker in model.markers.items() if (name := shapes.get(key)) is not None}
+    lines += ["", "markers:"] if of else []
+    for name, marker in of.items():
+        lines += _shape(name, marker)
     lines += ["", "components:"]
     for component in model.components:
         lines += _component(component, shapes, labels)
@@ -106,6 +103,8 @@ def _shapes(model: ObjectModel) -> dict[tuple[str, str], str]:
     names: dict[bytes, str] = {}
     shapes = {}
     for marker, m in model.markers.items():
+        if m.is_ball:
+            continue
         points = np.vstack([m.outline, m.tail, m.head])
         key = np.round(points, _DECIMALS + 1).tobytes()
         if key not in names:
@@ -142,18 +141,25 @@ def _component(c: Component, shapes: dict[tuple[str, str], str], labels: Labels)
         lines.append(f"    label: {_word(label)}")
     if classes:
         lines.append(f"    classes: {_mapping(classes)}")
-    lines.append("    markers:")
+    if c.ball is None:
+        lines += _markers(c, shapes)
+    else:
+        lines.append(f"    ball: {{radius: {_number(c.ball.radius)}, xyz: {_vector(c.ball.centre)}}}")
+    if c.joint is not None:
+        lines.append(f"    joint: {_joint(c.joint)}")
+    if c.bodies and c.ball is None:
+        lines += ["    body:"] + ([] if body is None else [f"      label: {_word(body)}"]) + ["      boxes:"]
+        lines += [f"        - {{{_pose(b.T_component_box)}, size: {_vector(b.size)}}}" for b in c.bodies]
+    return lines
+
+
+def _markers(c: Component, shapes: dict[tuple[str, str], str]) -> Iterator[str]:
+    yield "    markers:"
     for m in c.markers:
         given = [] if shapes[c.name, m.name] == m.name else [f"marker: {_name(shapes[c.name, m.name])}"]
         if m.T_component_marker is not None:
             given.append(f"pose: {{{_pose(m.T_component_marker)}}}")
-        lines.append(f"      {_name(m.name)}: {{{', '.join(given)}}}")
-    if c.joint is not None:
-        lines.append(f"    joint: {_joint(c.joint)}")
-    if c.bodies:
-        lines += ["    body:"] + ([] if body is None else [f"      label: {_word(body)}"]) + ["      boxes:"]
-        lines += [f"        - {{{_pose(b.T_component_box)}, size: {_vector(b.size)}}}" for b in c.bodies]
-    return lines
+        yield f"      {_name(m.name)}: {{{', '.join(given)}}}"
 
 
 def _joint(j: Joint) -> str:

@@ -1,4 +1,4 @@
-"""Boxes, cylinders and balls of one colour: flat markers that cover them, and bodies."""
+"""Boxes, cylinders and balls of one colour: flat markers that cover them, or stand for them, and bodies."""
 
 from __future__ import annotations
 
@@ -21,6 +21,7 @@ _SIDES = {
     "bottom": ((0, 0, -1), (1, 0, 0), (0, -1, 0)),
 }
 _ROUND = 12  # sides of a cylinder: with 8 cans came out 1.5 % too near, with 12 half a percent
+_BALL_CORNERS = 64  # of a ball's outline: of a circle's area, it stands out of it by a thousandth of its radius
 Solid = tuple[tuple[Marker, ...], tuple[Box, ...]]
 
 
@@ -54,36 +55,12 @@ def cylinder_solid(radius_m: float, length_m: float, T: Pose) -> Solid:
 
 
 def ball_solid(radius_m: float, T: Pose) -> Solid:
-    """One about the origin of a pose, as a dodecahedron that looks as large as it where it looks largest: of its turns,
-    which nothing tells, the one is told in which it covers most."""
-    golden = (1 + 5**0.5) / 2
-    corners = [np.roll((0.0, a, b * golden), k) for k in range(3) for a in (-1, 1) for b in (-1, 1)]
-    normals = np.array(corners) / math.hypot(1, golden)
-    # of a side, as a multiple of how far it is from the middle: to its edges half an angle between neighbours away
-    to_corner = math.tan(math.acos(1 / 5**0.5) / 2) / math.cos(math.pi / 5)
-    side = 2.5 * to_corner**2 * math.sin(2 * math.pi / 5)
-    # a shadow has half the area of all sides as they turn to the light: of its own axes those of sides have most
-    shadow = side / 2 * float(np.abs(normals @ _axes_of(normals).T).sum(axis=0).max())
-    flat_m = radius_m * math.sqrt(math.pi / shadow)
-    outline = flat_m * to_corner * _circle(2 * np.pi * (np.arange(5) + 0.5) / 5)
-    whole = Box(T, np.full(3, 2 * flat_m / 3**0.5))
-    markers = []
-    for k, out in enumerate(normals):
-        near = normals[np.argsort(-(normals @ out), kind="stable")[1]]
-        right = near - (near @ out) * out
-        right /= np.linalg.norm(right)
-        markers.append(
-            _marker(f"side_{k}", outline, Pose(_frame(right, np.cross(out, right), out), flat_m * out), whole)
-        )
-    return tuple(markers), (whole,)
-
-
-def _axes_of(normals: Array) -> Array:
-    """(k, 3) directions of sides, and those amid two and three of them: of edges and corners."""
-    sums = [normals, normals[:, None] + normals, normals[:, None, None] + normals[:, None] + normals]
-    axes = np.concatenate([some.reshape(-1, 3) for some in sums])
-    length = np.linalg.norm(axes, axis=1)
-    return np.asarray(axes[length > 1e-6] / length[length > 1e-6, None])
+    """One about the origin of a pose: a disc that faces the camera, and a cube that its surface holds."""
+    as_large = math.sqrt(2 * math.pi / (_BALL_CORNERS * math.sin(2 * math.pi / _BALL_CORNERS)))
+    outline = as_large * radius_m * _circle(2 * np.pi * np.arange(_BALL_CORNERS) / _BALL_CORNERS)
+    at = Pose(np.eye(3), T.position)  # it looks the same however it is turned
+    cube = Box(at, np.full(3, 2 * radius_m / 3**0.5))
+    return (Marker("ball", outline, *default_axis(outline), None, at, is_ball=True),), (cube,)
 
 
 def _around(whole: Box, flat_m: float, width_m: float) -> Iterator[Marker]:

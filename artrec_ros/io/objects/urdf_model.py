@@ -154,11 +154,12 @@ def _boxes(part: _Part, path: Path, notes: list[str], own: Component) -> tuple[B
     """The bodies of all links of a part, in its component's frame; what cannot be read is left out, and noted.
 
     :param own: what bears markers. Of a box, cylinder or ball of one colour the body is its own: boxes that stand for
-        the same are a little larger here and there, and would hide its sides.
+        the same are a little larger here and there, and would hide its sides. A ball has no other: its frame is turned
+        to the camera.
     """
     solid = own.name in closed_components(ObjectModel(own.name, (replace(own, required=True, joint=None),)))
     boxes = [Box(part.pose_of(own.name) @ b.T_component_box, b.size) for b in own.bodies] if solid else []
-    sides = [_moved(m, part.pose_of(own.name)).T_component_marker for m in own.markers]
+    sides = [_moved(m, part.pose_of(own.name)) for m in own.markers]
     for link in part.links:
         try:
             found = link_body(path, link)
@@ -168,17 +169,23 @@ def _boxes(part: _Part, path: Path, notes: list[str], own: Component) -> tuple[B
             continue
         placed = [Box(part.pose_of(link) @ b.T_component_box, b.size) for b in found.boxes]
         beside = [b for b in placed if not (solid and _is_within(b, sides))]
+        if beside and own.ball is not None:
+            notes.append(f"{path}: link '{link}': what is beside the ball '{own.name}' hides nothing")
+            continue
         notes += found.notes if beside else ()
         boxes += beside
     return tuple(boxes)
 
 
-def _is_within(box: Box, sides: Sequence[Pose | None]) -> bool:
-    """Whether a box lies, but for what its corners stand out, in what markers at some poses close in."""
-    known = [T for T in sides if T is not None]
+def _is_within(box: Box, sides: Sequence[Marker]) -> bool:
+    """Whether a box lies, but for what its corners stand out, in a ball, or in what markers close in."""
+    known = [m.T_component_marker for m in sides if m.T_component_marker is not None]
     at, normals = np.array([T.position for T in known]), np.array([T.rotation[:, 2] for T in known])
     middle, ends = at.mean(axis=0), np.array(list(product((-0.5, 0.5), repeat=3)))
-    above = (box.T_component_box.apply(ends * box.size) - middle) @ normals.T
+    off = box.T_component_box.apply(ends * box.size) - middle
+    if sides[0].is_ball:
+        return bool((np.linalg.norm(off, axis=1) <= _STANDS_OUT * sides[0].radius).all())
+    above = off @ normals.T
     return bool((above <= _STANDS_OUT * ((at - middle) * normals).sum(axis=1)).all())
 
 

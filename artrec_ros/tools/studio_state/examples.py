@@ -24,7 +24,6 @@ from ...io.learned.annotations import (
     load_coco,
 )
 from ...io.learned.coco import coco_image, read_coco
-from ...io.learned.marked_balls import ball_keypoints
 from ...io.learned.marked_objects import identities_of, what_is_shown
 from ...simulation.records import keypoint_names
 from ...simulation.surfaces import component_poses
@@ -238,4 +237,4 @@ def is_same(a: AnnotatedObject, b: AnnotatedObject, of_a: Target, of_b: Target) 
 
 def _keypoints(model: ObjectModel) -> tuple[str, ...]:
     """Of a category's objects: balls have some beside those of axes."""
-    return (*keypoint_names(model), *ball_keypoints(model))
+    return tuple(keypoint_names(model))

@@ -19,7 +19,6 @@ from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew, measu
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
-from ...io.learned.marked_balls import ball_keypoints
 from ...simulation.records import keypoint_names
 
 _GLANCE = 24  # marked objects that are enough to see whether there is something to measure
@@ -79,7 +78,7 @@ def _too_few(found: TooFew, marked: int, name: str) -> str:
 
 def _categories_of(model: ObjectModel, annotations: Annotations) -> list[str]:
     """Those of which all keypoints are the object's; none where there are none."""
-    known = {*keypoint_names(model), *ball_keypoints(model)}
+    known = set(keypoint_names(model))
     return [name for name, keypoints in annotations.categories.items() if known.issuperset(keypoints)]
 
 

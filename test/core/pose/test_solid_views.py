@@ -18,8 +18,8 @@ from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.surface import sample_polygon
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.headings import round_about
 from artrec_ros.core.pose.pose_fit import contour_fit
-from artrec_ros.core.pose.seeds import round_about
 from artrec_ros.core.pose.solid_views import solids_of
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer

@@ -67,6 +67,14 @@ def test_without_memory_each_frame_tells_for_itself():
     assert [names(d) for d in told] == [[None]] * 5
 
 
+def test_of_frames_that_are_judged_each_by_itself_none_names_what_another_shows():
+    """Pictures that have nothing to do with each other: who lies where another one did is not that one."""
+    one, other = seen((100, (0, -9, -9)), (300, (-9, 0, -9))), seen((102, (-9, -9, 0)), (298, (0, -9, -9)))
+    tracker = Tracker(TrackingConfig(), in_doubt=False)
+    told = [tracker.update(START + k * PERIOD, f).detections for k, f in enumerate([*[one] * 6, other, one])]
+    assert [names(d) for d in told[5:]] == [["gr", "gv"], ["vr", "gr"], ["gr", "gv"]]
+
+
 def test_all_of_a_frame_are_named_together_by_what_was_seen_before():
     """The second is known as gv of old; a frame in which both look like gr leaves it that."""
     clear, both = seen((100, (0, -9, -9)), (300, (-9, 0, -9))), seen((100, (0, -2, -9)), (300, (0, -0.5, -9)))

@@ -27,8 +27,8 @@ def seen(turn, probability, at=0.0):
     return seen
 
 
-def told(frames, config=None, period=PERIOD):
-    tracker = Tracker(config or TrackingConfig())
+def told(frames, config=None, period=PERIOD, in_doubt=True):
+    tracker = Tracker(config or TrackingConfig(), in_doubt=in_doubt)
     return [tracker.update(START + k * period, frame(d)).detections[0] for k, d in enumerate(frames)]
 
 
@@ -104,6 +104,7 @@ def test_what_was_long_ago_counts_no_more():
     assert turn_of(told(frames)[-1]) == pytest.approx(RIGHT)
 
 
-def test_no_memory_where_tracking_is_off():
-    out = told([seen(RIGHT, 0.3), seen(WRONG, 0.3)], TrackingConfig(enabled=False))
+@pytest.mark.parametrize("by_itself", [{"config": TrackingConfig(enabled=False)}, {"in_doubt": False}])
+def test_no_memory_where_tracking_is_off_or_each_frame_is_judged_by_itself(by_itself):
+    out = told([seen(RIGHT, 0.3), seen(WRONG, 0.3)], **by_itself)
     assert [turn_of(d) > 0 for d in out] == [True, False]

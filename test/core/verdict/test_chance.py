@@ -21,7 +21,7 @@ SIZE, SCALE = (480, 360), 100.0
 SQUARE = np.array([(-0.06, -0.06), (0.06, -0.06), (0.06, 0.06), (-0.06, 0.06)])
 AT = {"body": (0.0, 0.0), "left": (0.26, 0.07), "right": (-0.10, 0.23)}
 CLASSES = {"body": TEAM, "left": 4, "right": 5}
-NONE = (-20.0, 1.0)  # odds by which chance makes nothing
+NONE = 0.0  # share of what chance makes
 
 
 def card(names=AT, joint=None):
@@ -81,7 +81,7 @@ def test_amid_like_patches_an_object_is_told_and_few_that_chance_makes_of_them(s
     rng = np.random.default_rng(seed)
     there = Card(*rng.uniform((60, 60), np.subtract(SIZE, 60)), rng.uniform(-np.pi, np.pi), SCALE)
     picture = amid([there], 130, rng)
-    result, without = found(picture), found(picture, chance_odds=NONE)
+    result, without = found(picture), found(picture, chance_share=NONE)
     best, *others = result.detections
     assert at(best, there) and best.score > 0.9 and len(best.components) == 3
     assert all(part.score > 0.8 for part in best.components)
@@ -93,7 +93,7 @@ def test_amid_like_patches_an_object_is_told_and_few_that_chance_makes_of_them(s
 def test_objects_side_by_side_do_not_make_each_other_doubtful():
     """Though there are many patches like those of each."""
     rows = [Card(50 + 60 * x, 50 + 60 * y, 0.7 * x + y, SCALE) for x in range(6) for y in range(5)]
-    told, without = found(rows).detections, found(rows, chance_odds=NONE).detections
+    told, without = found(rows).detections, found(rows, chance_share=NONE).detections
     assert len(told) == len(rows)
     assert np.allclose([d.score for d in told], [d.score for d in without], atol=0.01)
 
@@ -131,7 +131,7 @@ def test_what_a_joint_moves_has_as_many_more_as_its_way_is_long():
 def test_an_object_of_one_component_is_told_by_its_looks():
     """There is nothing that chance could put together."""
     placed = [Lone(40 + 70 * n, 60 + 70 * m, 0.3 * n, SCALE, "body") for n in range(6) for m in range(4)]
-    told, without = (found(placed, card(["body"]), **values).detections for values in ({}, {"chance_odds": NONE}))
+    told, without = (found(placed, card(["body"]), **values).detections for values in ({}, {"chance_share": NONE}))
     assert len(told) == len(placed)
     assert [d.score for d in told] == [d.score for d in without]
 

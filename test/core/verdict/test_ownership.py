@@ -18,7 +18,7 @@ from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.pose.voter import Voter
 from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette
-from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.core.verdict.judge import FirstLooks, Judge
 from artrec_ros.core.verdict.ownership import share_out
 
 CAMERA = camera_of()
@@ -103,6 +103,38 @@ def test_targets_compete_for_pixels():
     blue = WholeObjectFinder(Target("blue", TRUCK, BLUE), DEFAULTS)
     accepted, _ = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE)
     assert accepted == []
+
+
+class CountingJudge(StubJudge):
+    """Notes how many hypotheses it is asked about at once."""
+
+    def verdicts(self, finder, poses, frame, seen=None):
+        ASKED.append(len(poses))
+        return super().verdicts(finder, poses, frame, seen)
+
+
+ASKED: list[int] = []
+
+
+def test_pixels_are_shared_out_anew_without_a_second_look_at_what_nobody_owns():
+    frame, judge, looks = image_of_two(), CountingJudge(), FirstLooks()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
+    found, more = ((finder, candidates(finder, frame, crowd(seed, n))) for seed, n in ((0, 6), (1, 3)))
+    share_out([found], frame, judge, looks)
+    ASKED.clear()
+    accepted, _ = share_out([found, more], frame, judge, looks)
+    assert len(more[1]) in ASKED and len(found[1]) not in ASKED
+    anew, _ = share_out([found, more], frame, JUDGE)
+    assert [v.claim.votes for v in accepted] == [v.claim.votes for v in anew]
+
+
+def test_a_hypothesis_is_judged_once_in_one_frame():
+    frame, judge = image_of_two(), CountingJudge().in_one_frame()
+    finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
+    rest = frame.without(silhouette(finder.surface, CAMERA, LEFT))
+    ASKED.clear()
+    trust = [judge.trust_and_place(finder, LEFT, look) for look in (frame, frame.unhurried(), rest, rest)]
+    assert ASKED == [1, 1] and trust[0] == trust[1] != trust[2] == trust[3]
 
 
 def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():

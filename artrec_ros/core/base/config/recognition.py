@@ -136,9 +136,9 @@ class RecognizerConfig:
     )
     memory: bool = param(
         True,
-        "objects of the frame before are looked for first, and blobs that were searched in vain wait their turn; else "
-        "each frame is judged by itself",
-        paths=("space",),
+        "what frames before told of an object, its name and turn counts, too; in space its place is looked at first, "
+        "and blobs that were searched in vain wait their turn; else each frame is judged by itself",
+        paths=("plane", "space", "facing"),
     )
     refresh_s: float = param(
         1.0,

@@ -118,7 +118,7 @@ class Verdict:
 
     @property
     def parted(self) -> tuple[float, ...]:
-        """Per component the share of that outline that does not lie amid its class; 1 where that may be several."""
+        """Per component the share of that outline that does not lie amid the class that it shows."""
         return tuple(self.among.parted[self.row].tolist())
 
     @property
@@ -204,8 +204,9 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     told[surface.classed_faces] = True
     by = Criteria(
         finder.root, surface.rigid_to_root & (not finder.facing), n[1], told,
-        surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
-        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
+        *surface.classes, float(config.verdict.several_parted) if claims.frame.image is not None else 1.0,
+        float(v.body[2]), float(config.min_blob_px), float(v.supported_agree), float(config.verdict.told_agree),
+        float(thin_px), float(v.inside[0]), float(v.inside[0] - v.inside[2]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
         finder.facing, finder.facing and surface.overlaps,
     )  # fmt: skip
@@ -224,22 +225,24 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
         found.case[:] = _in_colour(finder.facing)[found.case]
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
-    times = _of_several(found.confirmed, surface) if surface.several.any() else np.ones(n[0])
+    times = _of_several(found.confirmed, surface)
     times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
     times = sizes * times
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
 def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
-    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes: what
-    may be of k is borne out k times as easily as what is of one, of which the curves are.
+    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes than
+    those of one, of which the curves are: by any combination of the classes of what is confirmed. Where identities are
+    declared it must be one of these, which `one_of_these` asks, and each of them may be there: then as many times as
+    one component has classes in the mean.
 
     :param confirmed: (H, C)
     """
-    choices = np.log([len(labels) for labels in surface.labels])
-    others = np.delete(confirmed, surface.root, axis=1)
-    mean = others @ np.delete(choices, surface.root) / np.maximum(others.sum(axis=1), 1)
-    return np.asarray(np.exp(mean), np.float64)
+    choices = confirmed @ np.log([len(labels) for labels in surface.labels])
+    if surface.model.identities:
+        choices = choices / np.maximum(confirmed.sum(axis=1), 1)
+    return np.asarray(np.exp(choices), np.float64)
 
 
 _NEVER: Model = -50.0, {}  # a case that is not looked for

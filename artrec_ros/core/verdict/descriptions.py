@@ -20,7 +20,7 @@ from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .claims import claims_of
-from .identity import Identifier, doubted
+from .identity import Identifier, doubted, one_of_these
 from .in_view import Part, Parts, PartsInView
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
@@ -177,7 +177,7 @@ class Describer:
         return Detection(
             target.name,
             number,
-            verdict.probability,
+            one_of_these(verdict.probability, identity),
             ImagePose(root.x, root.y, root.theta, root.scale),
             parts,
             Pose(pose.R[0], pose.t[0]),

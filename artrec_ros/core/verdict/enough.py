@@ -14,6 +14,7 @@ from .descriptions import Describer
 from .judge import NO_DIRECTION, Judge, too_low
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
+_NOT_LISTED = "the classes that its components show are those of none of its identities"
 
 
 def without_surplus(
@@ -44,7 +45,8 @@ def enough_of(
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
-        return too_low(d.there, judge.min_probability, _OTHER_PLACES)
+        unlisted = d.identity is not None and d.identity.listed < 0
+        return too_low(d.there, judge.min_probability, _NOT_LISTED if unlisted else _OTHER_PLACES)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

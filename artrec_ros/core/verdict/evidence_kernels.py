@@ -96,7 +96,7 @@ def class_shown(
     s: Surface, p: int, by: Criteria, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
 ) -> tuple[int, float]:
     """Of the classes that marker `p` in a frame (3, 3), (3,) may be of that which most of its pixels show, and the
-    share of those of any of them that do not: what is of two classes is no marker of either."""
+    share of those of any of them that do not: what is of several is no marker of any."""
     if by.choices[p] == 1:
         return 0, 0.0
     n, best, most, total = s.count[p], 0, 0.0, 0.0

@@ -286,13 +286,12 @@ def test_outlines_amid_the_class_that_is_shown_speak_against_a_component():
     assert team.parts == 1 and 0 < team.parted < 0.95
 
 
-def test_what_is_of_two_classes_is_a_marker_of_neither():
-    """Half of the right patch is of another class that it may be of."""
-    right = COLOURS["r"], COLOURS["v"]
+def test_what_is_of_several_classes_is_a_marker_of_none():
+    """A third of the right patch's pixels is of each of the three that it may be of."""
 
     def speckled(labels):
-        chequered = np.indices(labels.shape).sum(axis=0) % 2 == 0
-        return np.where((labels == right[0]) & chequered, np.uint8(right[1]), labels)
+        third = np.array(list(COLOURS.values()), np.uint8)[np.indices(labels.shape).sum(axis=0) % 3]
+        return np.where(labels == COLOURS["r"], third, labels)
 
     finder = WholeObjectFinder(Target("robot", robot(), TEAM), DEFAULTS, facing=True)
     for codes, seen in ((None, True), (speckled, False)):

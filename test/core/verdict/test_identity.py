@@ -116,22 +116,16 @@ def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidenc
 
 
 def test_what_may_be_of_several_classes_is_borne_out_by_less():
-    """By chance three times as easily for each component that may be of three; of declared combinations each may be
-    there as well."""
+    """By chance as many times as easily as a component has classes, in the mean, the required one's as well."""
     confirmed = np.array([[1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 1]], bool)
-    every = SpatialModel(robot(identities=()), TEAM, DEFAULTS.votes)
-    np.testing.assert_allclose(_of_several(confirmed, every), [1.0, 3.0, 9.0, 3.0])
-    declared = SpatialModel(robot(), TEAM, DEFAULTS.votes)
-    np.testing.assert_allclose(_of_several(confirmed, declared), [1.0, 3 ** (1 / 2), 3 ** (2 / 3), 3.0])
+    surface = SpatialModel(robot(), TEAM, DEFAULTS.votes)
+    np.testing.assert_allclose(_of_several(confirmed, surface), [1.0, 3 ** (1 / 2), 3 ** (2 / 3), 3.0])
     plain = SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes)
     np.testing.assert_allclose(_of_several(confirmed[2:3], plain), 1.0)
-
-
-def test_the_required_component_counts_too():
-    whole = robot(identities=())
-    team = replace(whole.components[0], classes=dict(COLOURS))
-    surface = SpatialModel(replace(whole, components=(team, *whole.components[1:])), TEAM, DEFAULTS.votes)
-    np.testing.assert_allclose(_of_several(np.array([[1, 0, 0], [1, 1, 1]], bool), surface), [3.0, 27.0])
+    team, *others = robot(identities=()).components
+    of_three = replace(robot(identities=()), components=(replace(team, classes=dict(COLOURS)), *others))
+    surface = SpatialModel(of_three, TEAM, DEFAULTS.votes)
+    np.testing.assert_allclose(_of_several(confirmed, surface), 3.0)
 
 
 @pytest.mark.parametrize(("listed", "told"), [(SURE, 0.9), (0.0, 0.9), (-np.log(9), 0.5), (-30.0, 0.0)])

@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
@@ -26,8 +27,8 @@ from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
-from .verdict.enough import enough_of, without_surplus
 from .verdict.judge import FirstLooks, Judge
+from .verdict.offers import Found, Offers, Shared
 from .verdict.ownership import share_out
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
@@ -64,19 +65,14 @@ class FacingStage:
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
     ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
         """As `recognize`, in a frame whose camera objects face."""
-        accepted, others = self.verdicts(faced, blobs, limits)
-        detections, doubtful = list[Detection](), list[Rejection]()
-        told, surplus, objects = without_surplus(self.describers, accepted, faced, self._judge)
-        for describer, mine in zip(self.describers, told, strict=True):
-            described = describer.describe(mine, faced, objects, blobs)
-            sure, in_doubt = enough_of(described, describer.finder, self._judge)
-            detections += [self._faced(detection, faced) for detection in sure]
-            doubtful += in_doubt
+        found, shared = self.candidates(faced, blobs, limits)
+        told = Offers(self.describers, self._judge, faced, blobs).told(found, shared, partial(self._again, faced))
+        detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
-        verdicts = accepted, surplus, others
+        verdicts = told.shared[0], told.surplus, told.shared[1]
         return tuple(detections), Deferred(
-            lambda: (*doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))
+            lambda: (*told.doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))
         )
 
     def _faced(self, detection: Detection, faced: ImageFrame) -> Detection:
@@ -90,7 +86,13 @@ class FacingStage:
     def verdicts(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
     ) -> tuple[list[Verdict], Sequence[Verdict]]:
-        """Verdicts on objects, best first, and on the best of the others at each place.
+        """Verdicts on objects, best first, and on the best of the others at each place: see `candidates`."""
+        return self.candidates(faced, blobs, limits)[1]
+
+    def candidates(
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
+    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], tuple[list[Verdict], Sequence[Verdict]]]:
+        """All candidates, and what `share_out` makes of them.
 
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
@@ -102,9 +104,9 @@ class FacingStage:
             found, first = ([*found, *through.items()], again) if in_time else (found, first)
         more = self._of_the_rest(faced, blobs, limits, first[0])
         if not any(len(poses) for _, poses in more):
-            return first
+            return found, first
         together, in_time = self._shared_out(found + more, faced, looks)
-        return together if in_time else first  # else some of these are not judged again
+        return (found + more, together) if in_time else (found, first)  # else some of these are not judged again
 
     def _of_the_rest(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]
@@ -146,8 +148,13 @@ class FacingStage:
             for i, (s, blobs, limbs) in enumerate(tasks)
         ]
 
+    def _again(self, faced: ImageFrame, found: Found) -> Shared | None:
+        """`share_out` of what is left of candidates; None: not all could be judged."""
+        shared, in_time = self._shared_out(found, faced, FirstLooks())
+        return shared if in_time else None
+
     def _shared_out(
-        self, found: Sequence[tuple[WholeObjectFinder, Poses]], frame: ImageFrame, looks: FirstLooks
+        self, found: Found, frame: ImageFrame, looks: FirstLooks
     ) -> tuple[tuple[list[Verdict], Sequence[Verdict]], bool]:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)

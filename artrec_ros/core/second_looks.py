@@ -55,6 +55,16 @@ class SecondLooks:
             self._bend_all()
         return self._shared
 
+    @property
+    def candidates(self) -> _Found:
+        """All of them so far."""
+        return list(self._of.items())
+
+    def again(self, found: _Found) -> _Shared | None:
+        """What `share_out` makes of what is left of them; None: too late."""
+        shared = share_out(found, self._frame, self._judge)
+        return None if self._frame.deadline.expired else shared
+
     def _bend_all(self) -> None:
         for _ in range(_ROUNDS):
             told = self._shared[0]

@@ -21,8 +21,8 @@ from .spatial_search import SpatialSearch
 from .three_point_looks import ThreePointLooks
 from .turned_down import turned_down
 from .verdict.descriptions import Describer
-from .verdict.enough import enough_of, without_surplus
 from .verdict.judge import Judge
+from .verdict.offers import Offers
 
 
 class SpatialStage:
@@ -56,16 +56,13 @@ class SpatialStage:
             accepted, others = looks.beside(list(by_points.items()))
         if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
             accepted, others = looks.beside(list(through.items()))
-        detections, doubtful = list[Detection](), list[Rejection]()
-        told, surplus, objects = without_surplus(self._describers, accepted, frame, self._judge)
-        for finder, describer, mine in zip(self._finders, self._describers, told, strict=True):
-            sure, in_doubt = enough_of(describer.describe(mine, frame, objects, blobs), finder, self._judge)
-            detections += sure
-            doubtful += in_doubt
+        offers = Offers(self._describers, self._judge, frame, blobs, surplus_alone=True)
+        told = offers.told(looks.candidates, (accepted, others), looks.again)
+        for finder, mine in zip(self._finders, told.verdicts, strict=True):
             if recall is not None:
                 recall.accept(finder, mine, frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
-        verdicts = accepted, surplus, others
-        return tuple(detections), Deferred(
-            lambda: (*doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))
+        verdicts = told.shared[0], told.surplus, told.shared[1]
+        return tuple(d for mine in told.detections for d in mine), Deferred(
+            lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))
         )

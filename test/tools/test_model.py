@@ -249,6 +249,20 @@ def test_classes_that_no_identity_shows_are_named(tmp_path):
     assert not [line for line in advice_on(tmp_path, text, labels=labels) if "no identity has" in line]
 
 
+@pytest.mark.parametrize(
+    ("required", "other", "said"),
+    [
+        ("label: 4", "classes: {g: 2, r: 3}", None),
+        ("label: 2", "classes: {g: 2, r: 3}", "lid may be of the class of the required component 'base'"),
+        ("classes: {g: 2, r: 3}", "label: 4", "the required component 'base' may be of 2 classes"),
+    ],
+)
+def test_a_required_component_that_much_else_may_be_taken_for_is_named(required, other, said, tmp_path):
+    text = TOY.replace("  base: {", f"  base: {{{required}, ").replace("  lid: {", f"  lid: {{{other}, ")
+    lines = [line for line in advice_on(tmp_path, text) if "a class of its own that no other component has" in line]
+    assert [line.startswith(f"warning: {said}") for line in lines] == [True] * (said is not None)
+
+
 def test_long_lists_of_markers_are_shortened():
     lines = advice(find_ambiguities(load_object(QUADRUPED, {})), pinhole_camera((640, 480), 60), None)
     assert not [line for line in lines if line.count("/") > 8]

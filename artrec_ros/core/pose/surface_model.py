@@ -106,7 +106,6 @@ class SpatialModel:
         self.is_on_unknown = is_on_unknown(self.patches)
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
-        self.several = np.array([len(p.labels) > 1 for p in self.patches])  # what may be of one of several classes
         self.normal = np.array([p.normal for p in self.patches])
         self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
         self.area = np.array([p.area for p in self.patches])
@@ -197,6 +196,15 @@ class SpatialModel:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
+    @cached_property
+    def classes(self) -> tuple[NDArray[np.int64], Array]:
+        """How many classes each patch may be of (P,), and how far each code is of each of these (P, most, 256)."""
+        count = np.array([len(p.labels) for p in self.patches])
+        each = np.zeros((len(count), count.max(), 256))
+        for own, patch in zip(each, self.patches, strict=True):
+            own[: len(patch.labels)] = self.codes.share[:, list(patch.labels)].T
+        return count, each
 
     @cached_property
     def root_others(self) -> Array:

@@ -119,7 +119,7 @@ class Verdict:
 
     @property
     def parted(self) -> tuple[float, ...]:
-        """Per component the share of that outline that does not lie amid its class; 1 where that may be several."""
+        """Per component the share of that outline that does not lie amid the class that it shows."""
         return tuple(self.among.parted[self.row].tolist())
 
     @property
@@ -196,7 +196,7 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
 
     :param sizes: of which markers may look: chance bears out each claim as many times as easily.
     """
-    finder, by = claims.finder, _criteria(claims.finder)
+    finder, by = claims.finder, _criteria(claims.finder, claims.frame.image is not None)
     surface, n = finder.surface, (len(claims), by.n_components)
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
@@ -213,37 +213,39 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
         found.case[:] = _in_colour(finder.facing)[found.case]
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
-    times = _of_several(found.confirmed, surface) if surface.several.any() else np.ones(n[0])
+    times = _of_several(found.confirmed, surface)
     times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
     times = sizes * times
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
 @lru_cache(maxsize=16)
-def _criteria(finder: WholeObjectFinder) -> Criteria:
-    """By which one target's claims are judged."""
+def _criteria(finder: WholeObjectFinder, in_colour: bool) -> Criteria:
+    """By which one target's claims are judged, in an image with colours or of labels alone."""
     surface, config, v = finder.surface, finder.config, finder.surface.votes
     thin_px, most = 2 * (v.ring_px + v.ring_width_px), float(v.rim[0] + v.ring[2])
     told = np.zeros(len(surface.patches), bool)
     told[surface.classed_faces] = True
     return Criteria(
         finder.root, surface.rigid_to_root & (not finder.facing), len(surface.model.components), told,
-        surface.several, float(v.body[2]), float(config.min_blob_px), float(v.supported_agree),
-        float(config.verdict.told_agree), float(thin_px), float(v.inside[0]), most * v.ring_width_px,
+        *surface.classes, float(config.verdict.several_parted) if in_colour else 1.0,
+        float(v.body[2]), float(config.min_blob_px), float(v.supported_agree), float(config.verdict.told_agree),
+        float(thin_px), float(v.inside[0]), float(v.inside[0] - v.inside[2]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
         finder.facing, finder.facing and surface.overlaps,
     )  # fmt: skip
 
 
 def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
-    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes: what
-    may be of k is borne out k times as easily as what is of one, of which the curves are.
+    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes than
+    those of one, of which the curves are. It may show any combination of the classes of what is confirmed, but each of
+    these may be there, too: as many times as a component has classes, in the mean. All of them counted: robots with
+    three patches, each of several classes, seen in bad light, 19 told of 160 in place of 86.
 
     :param confirmed: (H, C)
     """
-    counted = np.arange(len(surface.labels)) != surface.root
-    choices, others = np.log([len(labels) for labels in surface.labels]), confirmed.compress(counted, axis=1)
-    mean = others @ choices[counted] / np.maximum(others.sum(axis=1), 1)
+    choices = np.log([len(labels) for labels in surface.labels])
+    mean = confirmed @ choices / np.maximum(confirmed.sum(axis=1), 1)
     return np.asarray(np.exp(mean), np.float64)
 
 

@@ -21,7 +21,7 @@ from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, by_chance
 from .claims import claims_of
-from .identity import Identifier, doubted
+from .identity import Identifier, doubted, one_of_these
 from .in_view import Part, Parts, PartsInView
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
@@ -184,7 +184,7 @@ class Describer:
         return Detection(
             target.name,
             number,
-            verdict.probability,
+            one_of_these(verdict.probability, identity),
             ImagePose(root.x, root.y, root.theta, root.scale),
             parts,
             Pose(pose.R[0], pose.t[0]),

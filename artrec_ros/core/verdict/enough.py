@@ -15,6 +15,7 @@ from .judge import NO_DIRECTION, Judge, too_low
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
 _BY_CHANCE = "chance makes such an object of so many like patches"
+_NOT_LISTED = "the classes that its components show are those of none of its identities"
 
 
 def without_surplus(
@@ -46,7 +47,9 @@ def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
         by_chance = d.there >= judge.min_probability * d.beyond_chance
-        return too_low(d.there, judge.min_probability, _BY_CHANCE if by_chance else _OTHER_PLACES)
+        unlisted = d.identity is not None and d.identity.listed < 0
+        why = _NOT_LISTED if unlisted else _BY_CHANCE if by_chance else _OTHER_PLACES
+        return too_low(d.there, judge.min_probability, why)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:

@@ -22,7 +22,8 @@ class Evidence(NamedTuple):
     :param lacking: less the share of the pixels of all markers that should be in view whose components are not
         confirmed.
     :param rim: mean vote of what lies along the required marker's outline: about 1 where all of it is parted.
-    :param parted: share of the required marker's outline that does not lie amid its class; 1 where that may be several.
+    :param parted: share of the required marker's outline that does not lie amid its class, of several the one that it
+        shows.
     :param parts: the same of the confirmed other components, the longer outlines counting more; 0 without.
     :param known: less `Claims.known`: where few scales are possible, few false claims are.
     :param even: how even its regions' raw colours are, as of `Seen`.

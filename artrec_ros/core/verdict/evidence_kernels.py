@@ -35,13 +35,16 @@ class Criteria(NamedTuple):
     rigid: Any  # (C,) bool: other components of the rigid body that it is part of
     n_components: int
     told: Any  # (P,) bool: faces that have a class
-    several: Any  # (P,) bool: what may be of several classes, of which nobody knows which
+    choices: Any  # (P,) how many classes each patch may be of,
+    each: Any  # (P, n, 256) and how far each code is of each of them
+    enough: float  # share of the outline of one that may be of several which counts as all of it
     bare: float  # mean vote of faces where there are none
     min_px: float  # markers that show fewer say nothing
     supported_agree: float  # least share of a marker's pixels with its label for it to be confirmed,
     told_agree: float  # and for a thin one to be told
     thin_px: float
     inside: float  # greatest vote of a marker's pixel,
+    mixed: float  # by how much more than the vote of one of another class,
     around: float  # of a pixel of its outline's length,
     rim: float  # and of what lies at one place of that
     fades: bool  # whether an object may be one whose required component bears no labels where it should be seen
@@ -74,9 +77,12 @@ class Found(NamedTuple):
 
 
 @inlined
-def supports(said: Said, by: Criteria, h: int, p: int) -> bool:
-    """Whether the labels support a marker of claim `h`."""
-    return is_supported(said.votes[h, p], said.area_px[h, p], said.agree[h, p], by.min_px, by.supported_agree)
+def supports(said: Said, by: Criteria, h: int, p: int, mixed: float) -> bool:
+    """Whether the labels support a marker of claim `h`. :param mixed: share of its pixels of its classes that are not
+    of the one that it shows: these are another's."""
+    agree, area_px = said.agree[h, p], said.area_px[h, p]
+    votes = said.votes[h, p] - by.mixed * mixed * agree * area_px
+    return is_supported(votes, area_px, (1 - mixed) * agree, by.min_px, by.supported_agree)
 
 
 @inlined
@@ -86,17 +92,43 @@ def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
 
 
 @melted
+def class_shown(
+    s: Surface, p: int, by: Criteria, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+) -> tuple[int, float]:
+    """Of the classes that marker `p` in a frame (3, 3), (3,) may be of that which most of its pixels show, and the
+    share of those of any of them that do not: what is of several is no marker of any."""
+    if by.choices[p] == 1:
+        return 0, 0.0
+    n, best, most, total = s.count[p], 0, 0.0, 0.0
+    locate(A, b, points_of(s, p, n), view, room.at[0])
+    for c in range(by.choices[p]):
+        px = 0.0
+        for i in range(n):
+            code = view.padded[room.at[0, i]]
+            if code != limits.owned and code != limits.outside:
+                px += by.each[p, c, code]
+        total += px
+        if px > most:
+            best, most = c, px
+    return best, 1 - most / total if total > 0.0 else 0.0
+
+
+@melted
 def along_outline(
-    s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
-) -> tuple[float, float, float]:
+    s: Surface, p: int, shown: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+) -> tuple[float, float, float, float]:
     """Mean vote of what lies just inside and just outside the outline of marker `p` in a frame (3, 3), (3,), the share
-    of it that does not lie amid its class, and that over which the object's own parts do not lie; of what nobody owns
-    in the image, 0 where that is nothing. Where another side of its component begins is no outline."""
+    of it that does not lie amid the class that it shows, and amid any that it may be of, and that over which the
+    object's own parts do not lie; of what nobody owns in the image, 0 where that is nothing. Where another side of its
+    component begins is no outline.
+
+    :param shown: (256,) how far each code is of the class that it shows.
+    """
     k, own = s.marker_of[p], s.own[s.role[p]]
     _, _, depth = turned(A, s.centre[p])
     look_beside(s, k, A, b, depth + b[2], view, limits, room)
     out, into, is_open = s.table[s.ring_role[k]], s.table[s.rim_role[k]], room.open[k]
-    m, votes, seen, amid, known, free = s.contour.shape[2], 0.0, 0, 0.0, 0, 0
+    m, votes, seen, amid, amid_any, known, free = s.contour.shape[2], 0.0, 0, 0.0, 0.0, 0, 0
     for i in range(m):
         if s.has_meets[k] and room.inner[i]:
             continue
@@ -107,20 +139,21 @@ def along_outline(
             if is_open[i] == COVERED:
                 continue
             votes += is_open[i] * out[beyond] + into[within]
-            amid += is_open[i] * own[beyond]
+            amid += is_open[i] * shown[beyond]
+            amid_any += is_open[i] * own[beyond]
             known += 1
     least = max(known, LEAST_KNOWN * seen, 1.0)
-    return votes / least, (known - amid) / least, least / max(seen, 1) * free / m
+    return votes / least, (known - amid) / least, (known - amid_any) / least, least / max(seen, 1) * free / m
 
 
 @melted
 def outline_of(
-    s: Surface, said: Said, by: Criteria, h: int, best: int, looked: bool, A: Any, b: Any, view: LabelView,
+    s: Surface, said: Said, by: Criteria, h: int, best: int, shown: Any, looked: bool, A: Any, b: Any, view: LabelView,
     limits: SurfaceLimits, room: Room,
 ) -> tuple[float, float, float]:  # fmt: skip
     """How well the outline of marker `best` of claim `h` parts its class from others, and as of `along_outline` its
     rim and its parted share: of sides that meet it of what all in view look like together, the longer ones counting
-    more. :param looked: whether it is looked at; else it votes alone.
+    more. :param shown: as of `along_outline`. :param looked: whether it is looked at; else it votes alone.
     """
     votes, inside, around, rims, parts, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     together = looked and s.has_meets[s.marker_of[best]]
@@ -128,14 +161,14 @@ def outline_of(
         side = together and s.component[p] == s.component[best] and s.marker_of[p] >= 0
         if p != best and not (side and s.has_meets[s.marker_of[p]] and said.area_px[h, p] > 0.0):
             continue
-        rim, parted, free = 0.0, 1.0, 1.0
+        rim, parted, voting, free = 0.0, 1.0, 1.0, 1.0
         if looked:
-            rim, parted, free = along_outline(s, p, A, b, view, limits, room)
+            rim, parted, voting, free = along_outline(s, p, shown, A, b, view, limits, room)
         _, _, z = turned(A, s.centre[p])
         wide = widened(s, s.marker_of[p], z + b[2], view.K[0, 0] * view.K[1, 1], limits)
         length = by.around * perimeter_px(s, said, h, p) * free * wide
         # as far as it votes, of what faces the camera
-        inside += by.inside * said.agree[h, p] * said.area_px[h, p] * (parted if by.facing else 1.0)
+        inside += by.inside * said.agree[h, p] * said.area_px[h, p] * (voting if by.facing else 1.0)
         votes += said.votes[h, p]
         around += length
         weight = length if together else 1.0
@@ -160,22 +193,24 @@ def confirm(
         for p in range(len(s.component)):
             if s.component[p] == c and s.marker_of[p] >= 0:
                 total += said.votes[h, p]
-                size = said.area_px[h, p] * ((1.0 if supports(said, by, h, p) else 0.0) + 1e-3)
+                size = said.area_px[h, p] * ((1.0 if supports(said, by, h, p, 0.0) else 0.0) + 1e-3)
                 if size > most:
                     best, most = p, size
-        sure = supports(said, by, h, best)
+        looked = said.area_px[h, best] > 0.0
+        which, mixed = class_shown(s, best, by, R[c], t[c], view, limits, room) if looked else (0, 0.0)
+        sure = supports(said, by, h, best, mixed)
         # a wider one has room for what would confirm it between the seams on its two sides
         width = 2 * said.full_px[h, best] / max(s.perimeter[s.marker_of[best]] * said.scale[h], 1e-9)
         seen = said.agree[h, best] > by.told_agree and said.area_px[h, best] > by.min_px
         shown = sure or c == by.root or (total > 0.0 and seen and width < by.thin_px)
         found.marker_votes[h, c], found.confirmed[h, c] = total, sure
         found.shown[h, c] = best if shown else -1
-        looked = said.area_px[h, best] > 0.0 and (shown or by.facing)
-        looks = outline_of(s, said, by, h, best, looked, R[c], t[c], view, limits, room)
+        looked = looked and (shown or by.facing)
+        looks = outline_of(s, said, by, h, best, by.each[best, which], looked, R[c], t[c], view, limits, room)
         found.outline[h, c], rim, parted = looks
         found.parted[h, c] = rims[c] = 0.0
         if found.shown[h, c] >= 0 and said.area_px[h, best] > 0.0:
-            found.parted[h, c] = 1.0 if by.several[best] else parted
+            found.parted[h, c] = parted if by.choices[best] == 1 else min(parted / by.enough, 1.0)
             rims[c] = rim / max(by.rim, 1e-12)
 
 

@@ -150,6 +150,17 @@ def _doubted(fit: IdentityFit, name: str, there: float, misread: float) -> Ident
     return replace(fit, name=name if probability >= fit.least else None, probability=probability)
 
 
+def one_of_these(there: float, fit: IdentityFit | None) -> float:
+    """How probable an object is where its components show which one it is: less as far as the classes that they show
+    speak against all combinations that are declared. That they show one of these is what chance was reckoned by.
+
+    :param there: how probable it is whichever it is.
+    """
+    if fit is None or not fit.evidence or fit.listed >= 0:
+        return there
+    return float(expit(logit(np.clip(there, _LEAST, 1 - _LEAST)) + fit.listed))
+
+
 def surplus(evidence: Array, odds: Array, wrong: float) -> NDArray[np.bool_]:
     """(H,) which of H objects, more than there are names, are none: those whose absence is likeliest, all in all.
 

@@ -7,10 +7,11 @@ from pathlib import Path
 import numpy as np
 
 from ...core.base.errors import SourceError
-from ...core.geometry.transforms import readonly
+from ...core.geometry.transforms import Array, readonly
 from ..base.json_files import read_json
 from ..base.yaml_files import Value
 from ..learned.annotations import IDENTITY, MACHINE, MADE_BY, AnnotatedObject, load_coco
+from ..learned.marked_objects import crowds
 from ..sources.opening import stamps_by_name
 from .records import FrameKey, Told, TrueObject, Truth, keys_by_name
 
@@ -39,7 +40,10 @@ def load_coco_truth(path: Path) -> Truth:
             f"{path}: no truth: each image has annotations that the recogniser made (attribute {MADE_BY}: {MACHINE}); "
             "mark some images by hand"
         )
-    return Truth(kept, str(path), left_out=len(machine_made))
+    ignored: dict[FrameKey, tuple[Array, ...]] = {}
+    for image, outline in crowds([path], None):
+        ignored[keys[image]] = (*ignored.get(keys[image], ()), outline)
+    return Truth(kept, str(path), left_out=len(machine_made), crowds=ignored)
 
 
 def _images(top: Value) -> list[Path]:

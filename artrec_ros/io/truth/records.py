@@ -113,6 +113,7 @@ class Truth:
 
     :param frames: by stamp, or by image file name, all in the same way. :param source: where they come from.
     :param camera: the calibration beside them, where there is one. :param frame_id: in which the poses are; '': unsaid.
+    :param crowds: outlines (n, 2) in pixels, by frame, of where something is of which nothing is told.
     :param left_out: frames that are no truth, as the recogniser itself annotated them.
     :param problems: what is wrong with the source, as where its end is missing.
     """
@@ -122,6 +123,7 @@ class Truth:
     camera: Camera | None = None
     frame_id: str = ""
     left_out: int = 0
+    crowds: Mapping[FrameKey, tuple[Array, ...]] = field(default_factory=dict)
     problems: tuple[str, ...] = ()
 
     @property

@@ -8,8 +8,8 @@ well visible component is missed. Components of which the truth does not speak a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -18,6 +18,7 @@ from ...core.geometry.transforms import Array, wrap_angle
 from ...core.model.found import Detection, Instance
 from ...io.truth.records import Told, TrueComponent, TrueObject
 from .outcomes import FrameOutcome, Outcome
+from .same_looks import told_otherwise
 
 COUNTED_PX, COUNTED_SHARE = 30.0, 0.5  # the least required component of an object that counts
 _EXPECTED_PX, _EXPECTED_SHARE = 25.0, 0.7  # the least other component whose absence is a miss
@@ -104,18 +105,36 @@ class Counts:
         }
 
 
-def judge_frame(objects: Sequence[TrueObject], detections: Sequence[Detection], root: str) -> FrameOutcome:
-    """One object name in one frame. An object that does not count excuses the detection that lies on it."""
-    distances = np.array([[_distance(o, d, root) for d in detections] for o in objects])
+def judge_frame(
+    objects: Sequence[TrueObject],
+    detections: Sequence[Detection],
+    root: str,
+    siblings: Sequence[Mapping[str, str]] = (),
+) -> FrameOutcome:
+    """One object name in one frame. An object that does not count excuses the detection that lies on it.
+
+    :param siblings: see there: how else an object may be told that looks the same so.
+    """
+    ways = [[o, *(told_otherwise(o, names) for names in siblings)] for o in objects]
+    distances = np.array([[min(_distance(way, d, root) for way in of) for d in detections] for of in ways])
     pairs: dict[int, int] = {}
     if distances.size:
         rows, columns = linear_sum_assignment(distances)
         pairs = {int(i): int(j) for i, j in zip(rows, columns, strict=True) if distances[i, j] <= _NEAR}
     outcomes = tuple(
-        _judge(o, detections[pairs[i]], root) if i in pairs else _missed_object(o, root) for i, o in enumerate(objects)
+        _judge_best(of, detections[pairs[i]], root) if i in pairs else _missed_object(of[0], root)
+        for i, of in enumerate(ways)
     )
     used = set(pairs.values())
     return FrameOutcome(outcomes, tuple(d for j, d in enumerate(detections) if j not in used))
+
+
+def _judge_best(ways: Sequence[TrueObject], d: Detection, root: str) -> Outcome:
+    """A detection of an object by the way to tell it that suits it best, of those that look the same."""
+    o, near = ways[0], [way for way in ways if _distance(way, d, root) <= _NEAR]
+    outcomes = [_judge(way, d, root) for way in near]
+    best = max(outcomes, key=lambda one: sum(hit for _, hit in one.hits) - len(one.missed))
+    return replace(best, truth=o, counted=is_in_view(o, root))
 
 
 def is_in_view(o: TrueObject, root: str) -> bool:

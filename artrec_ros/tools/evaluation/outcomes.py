@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
-from ...core.geometry.transforms import Pose
+from ...core.geometry.transforms import Array, Pose
 from ...core.model.found import Detection
 from ...io.truth.records import TrueObject
 from .same_looks import AS_IT_IS, AS_TRUE, FAR_RAD, SameLooks
@@ -111,3 +113,18 @@ class FrameOutcome:
 
     outcomes: tuple[Outcome, ...] = ()
     false: tuple[Detection, ...] = ()
+
+    @property
+    def all_well(self) -> bool:
+        """Whether nothing is missed, false or not where it should be."""
+        return not self.false and all(o.detection is not None and o.right is not False for o in self.outcomes)
+
+    def but_in(self, crowds: Sequence[Array]) -> FrameOutcome:
+        """The same; what lies where nobody knows what is there is not false.
+
+        :param crowds: outlines (n, 2), pixels.
+        """
+        outlines = [np.asarray(outline, np.float32) for outline in crowds]
+        places = [((d.image.x, d.image.y), d) for d in self.false]
+        false = [d for at, d in places if not any(cv2.pointPolygonTest(o, at, False) >= 0 for o in outlines)]
+        return replace(self, false=tuple(false))

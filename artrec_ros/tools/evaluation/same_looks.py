@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +11,7 @@ import numpy as np
 from ...core.geometry.transforms import Array, rotation_from_rotvec
 from ...core.model.objects import ObjectModel
 from ...core.model.same_turns import SameTurn, same_turns
+from ...io.truth.records import TrueObject
 
 if TYPE_CHECKING:
     from .outcomes import Outcome
@@ -52,6 +53,46 @@ class SameLooks:
         for axis in self.round:  # turned about it at will, it is off by what the axis is
             least = min(least, np.arccos(np.clip((off @ axis) @ axis, -1, 1)).min())
         return float(least)
+
+
+def siblings(model: ObjectModel) -> list[dict[str, str]]:
+    """What else each marker, 'COMPONENT/MARKER', may be told as, for all looks the same after turns that exchange them:
+    once for each such turn, and for those that follow on each other."""
+    exchanged = [turn.places for turn in same_turns(model) if turn.places]
+    every, names = list[dict[str, str]](), [c.name for c in model.components]
+    left = [{name: name for name in names}]
+    for known in left:  # grows
+        for places in exchanged:
+            other = {name: places.get(to, to) for name, to in known.items()}
+            if other not in left:
+                left.append(other)
+    for known in left[1:]:
+        pairs = ((model.component(a), model.component(b)) for a, b in known.items())
+        every.append(  # what looks the same has as many markers, or solids' sides that go unnamed
+            {
+                f"{a.name}/{m.name}": f"{b.name}/{n.name}"
+                for a, b in pairs
+                for m, n in zip(a.markers, b.markers, strict=False)
+            }
+        )
+    return every
+
+
+def told_otherwise(o: TrueObject, names: Mapping[str, str]) -> TrueObject:
+    """A true object with other names for its components. :param names: as of `siblings`."""
+    components = {key.partition("/")[0]: to.partition("/")[0] for key, to in names.items()}
+
+    def renamed(name: str) -> str:
+        component, at, marker = name.partition("@")
+        to = names.get(f"{component}/{marker}", components.get(component, component) + "/" + marker)
+        return to.replace("/", "@") if at else components.get(component, component)
+
+    return replace(
+        o,
+        components={renamed(name): c for name, c in o.components.items()},
+        axes={names.get(name, name): axis for name, axis in o.axes.items()},
+        undirected=frozenset(names.get(name, name) for name in o.undirected),
+    )
 
 
 AS_IT_IS = SameLooks(np.eye(3)[None], (frozenset(),), np.zeros((0, 3)))

@@ -18,7 +18,7 @@ from .completion import undirected, with_components, with_own_names
 from .metrics import Counts, judge_frame, shows_others
 from .outcomes import FrameOutcome, Outcome
 from .runs import Run
-from .same_looks import SameLooks, turned_alike
+from .same_looks import SameLooks, siblings, turned_alike
 from .slips import slips
 
 
@@ -120,11 +120,14 @@ def _evaluate(run: Run, truth: Truth, found: Mapping[FrameKey, int], options: Op
     camera = options.camera or truth.camera
     complete = {name: _completer(run, name, truth, camera) for name in choices}
     looks = {name: cache(partial(SameLooks.of, run.models[name])) for name in choices if name in run.models}
+    others = {name: cache(partial(siblings, run.models[name])) for name in choices if name in run.models}
     frames = []
     for key, objects in truth.frames.items():
         record = run.records[found[key]] if key in found else None
         by_name = {
-            name: _alike(_judge(choice.of(objects), name, record, run, complete[name]), looks.get(name))
+            name: _alike(
+                _judge(choice.of(objects), name, record, run, complete[name], others.get(name)), looks.get(name)
+            ).but_in(truth.crowds.get(key, ()))
             for name, choice in choices.items()
         }
         frames.append(ScoredFrame(key, found.get(key), record, by_name))
@@ -162,9 +165,15 @@ def _judge(
     record: FrameRecord | None,
     run: Run,
     complete: Callable[[TrueObject], TrueObject],
+    siblings_of: Callable[[], Sequence[Mapping[str, str]]] | None,
 ) -> FrameOutcome:
+    """:param siblings_of: of the object, asked where something is wrong: they take a while to find."""
     detections = [d for d in record.detections if d.object == name and not d.predicted] if record else []
-    return judge_frame([complete(o) for o in objects], detections, run.objects[name].required)
+    true, required = [complete(o) for o in objects], run.objects[name].required
+    outcome = judge_frame(true, detections, required)
+    if siblings_of is None or not (true and detections) or outcome.all_well:
+        return outcome
+    return judge_frame(true, detections, required, siblings_of())
 
 
 def _alike(frame: FrameOutcome, looks: Callable[[], SameLooks] | None) -> FrameOutcome:

@@ -27,6 +27,7 @@ from ...io.parameters.targets import colourless
 from .camera_report import odd_calibration
 from .model_report import buried, odd_units, on_own_colour, unborne
 from .nothing_left import nothing_left
+from .shared_classes import shared_classes
 from .structure import split_sides
 
 T = TypeVar("T")
@@ -49,7 +50,8 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
         )
     for path, setup in _all(items, Setup):
         for t in setup.targets:
-            yield from (f"{path}: {t.name}: {line}" for line in on_own_colour(t.model, t.label))
+            lines = *on_own_colour(t.model, t.label), *shared_classes(t.model, t.label)
+            yield from (f"{path}: {t.name}: {line}" for line in lines)
     for path, coco in _all(items, Annotations):
         yield from _annotations(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):

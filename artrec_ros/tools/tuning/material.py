@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from ...core.base.errors import SourceError
+from ...core.geometry.transforms import Array
 from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Recognised
 from ...io.sources.frames import Part, Source
@@ -107,6 +108,7 @@ def material_of(
     :raises SourceError: a source and its truth have no frame in common.
     """
     frames: dict[int, tuple[TrueObject, ...]] = {}
+    crowds: dict[FrameKey, tuple[Array, ...]] = {}
     sources = sorted({p.source for p in pieces})
     for source in sources:
         own = [p for p in pieces if p.source == source]
@@ -115,8 +117,9 @@ def material_of(
         run = Run(own[0].name, Path(own[0].name), tuple(seen[n].record() for n in numbers), {}, {})
         found = match_frames(truth, run, options.max_gap_ns)
         frames.update({numbers[place]: truth.frames[key] for key, place in found.items()})
+        crowds.update({numbers[place]: truth.crowds[key] for key, place in found.items() if key in truth.crowds})
     camera = options.camera or truths[0].camera
-    common = Truth({}, ", ".join(t.source for t in truths), camera, truths[0].frame_id)
+    common = Truth({}, ", ".join(t.source for t in truths), camera, truths[0].frame_id, crowds=crowds)
     ordered: dict[FrameKey, tuple[TrueObject, ...]] = {n: frames[n] for n in sorted(frames)}
     return Material(ordered, common, dataclasses.replace(options, max_gap_ns=0))
 

@@ -25,7 +25,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
-from artrec_ros.core.verdict.identity import Identifier, doubted, named, surplus
+from artrec_ros.core.verdict.identity import Identifier, doubted, named, one_of_these, surplus
 from artrec_ros.core.verdict.judge import Judge
 
 NAMES = ("a", "b", "c", "d", "e")
@@ -116,12 +116,23 @@ def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidenc
 
 
 def test_what_may_be_of_several_classes_is_borne_out_by_less():
-    """By chance three times as easily, where it may be of three: the odds are a third."""
-    surface = SpatialModel(robot(), TEAM, DEFAULTS.votes)
+    """By chance as many times as easily as a component has classes, in the mean, the required one's as well."""
     confirmed = np.array([[1, 0, 0], [1, 1, 0], [1, 1, 1], [0, 0, 1]], bool)
-    np.testing.assert_allclose(_of_several(confirmed, surface), [1.0, 3.0, 3.0, 3.0])
+    surface = SpatialModel(robot(), TEAM, DEFAULTS.votes)
+    np.testing.assert_allclose(_of_several(confirmed, surface), [1.0, 3 ** (1 / 2), 3 ** (2 / 3), 3.0])
     plain = SpatialModel(ROBOT["plain"], TEAM, DEFAULTS.votes)
     np.testing.assert_allclose(_of_several(confirmed[2:3], plain), 1.0)
+    team, *others = robot(identities=()).components
+    of_three = replace(robot(identities=()), components=(replace(team, classes=dict(COLOURS)), *others))
+    surface = SpatialModel(of_three, TEAM, DEFAULTS.votes)
+    np.testing.assert_allclose(_of_several(confirmed, surface), 3.0)
+
+
+@pytest.mark.parametrize(("listed", "told"), [(SURE, 0.9), (0.0, 0.9), (-np.log(9), 0.5), (-30.0, 0.0)])
+def test_what_shows_none_of_its_identities_is_less_likely_to_be_there(listed, told):
+    fit = IdentityFit("a", 0.9, "b", True, evidence={"a": 0.0, "b": -3.0}, listed=listed)
+    assert one_of_these(0.9, fit) == pytest.approx(told, abs=1e-9)
+    assert one_of_these(0.9, replace(fit, evidence={})) == 0.9 == one_of_these(0.9, None)
 
 
 def test_two_that_claim_the_only_name_are_both_in_doubt():
@@ -255,15 +266,32 @@ def test_an_object_is_called_by_its_identity_where_it_is_known(fit, name):
     assert Detection("red", 3, 0.9, ImagePose(0, 0, 0, 1), (), identity=fit).name == name
 
 
-def test_outlines_amid_a_class_that_they_may_be_of_say_nothing():
-    """Nobody knows which of them is theirs. Of what is of one class alone they do."""
-    frame = frame_of(ONE, codes=lambda labels: beside(labels, COLOURS["v"]))
+def evidence_beside(label):
+    frame = frame_of(ONE, codes=lambda labels: beside(labels, label))
     finder = WholeObjectFinder(Target("robot", robot(), TEAM), DEFAULTS, facing=True)
-    evidence = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0].evidence
-    assert evidence.parts == 1 == evidence.parted
-    frame = frame_of(ONE, codes=lambda labels: beside(labels, TEAM))
-    evidence = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0].evidence
-    assert evidence.parts == 1 and 0 < evidence.parted < 0.95
+    return verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0].evidence
+
+
+def test_outlines_amid_the_class_that_is_shown_speak_against_a_component():
+    """As of what may be of one class alone; amid another one that it may be of they say nothing."""
+    other, shown, team = (evidence_beside(label) for label in (COLOURS["v"], COLOURS["r"], TEAM))
+    assert other.parts == 1 == other.parted
+    assert 0 < shown.parts < 0.95 and shown.parted == 1
+    assert team.parts == 1 and 0 < team.parted < 0.95
+
+
+def test_what_is_of_several_classes_is_a_marker_of_none():
+    """A third of the right patch's pixels is of each of the three that it may be of."""
+
+    def speckled(labels):
+        third = np.array(list(COLOURS.values()), np.uint8)[np.indices(labels.shape).sum(axis=0) % 3]
+        return np.where(labels == COLOURS["r"], third, labels)
+
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), DEFAULTS, facing=True)
+    for codes, seen in ((None, True), (speckled, False)):
+        frame = frame_of(ONE, codes=codes)
+        verdict = verdicts_of(claims_of(finder, poses_of(frame, ONE), frame))[0]
+        assert verdict.confirmed == (True, True, seen)
 
 
 def beside(labels, label):

@@ -71,6 +71,7 @@ def found(markers: dict[str, Seen], off=(0.0, 0.0), turned_deg=0.0, of: str | No
 
 def scored(folder, frames, shapes=None):
     """All figures of a replay; `frames`: annotations and detections of each. :param shapes: of markers, by name."""
+    folder.mkdir(exist_ok=True)
     run = write_run(folder / "run", [record(i, *ds, name=f"{i}.png") for i, (_, ds) in enumerate(frames)])
     if shapes:
         changed = OBJECT | {"markers": OBJECT["markers"] | shapes}
@@ -188,3 +189,12 @@ def test_one_of_ten_that_is_turned_by_half_shows_in_what_95_percent_are_below(tm
     figures = scored(tmp_path, frames)
     assert figures["direction_error_deg_median"]["value"] == pytest.approx(0, abs=1e-3)
     assert figures["direction_error_deg_p95"]["value"] > 90
+
+
+def test_what_lies_in_a_crowd_is_neither_right_nor_false(tmp_path):
+    """Nobody has said what is there."""
+    away = {name: replace(seen, x=seen.x + 130) for name, seen in THING.items()}
+    crowd = {"id": 9, "image_id": 0, "category_id": 1, "keypoints": [0] * 12, "iscrowd": 1}
+    for place, precision in (([170, 30, 70, 50], 1.0), ([20, 150, 70, 50], 0.5)):
+        frame = [annotated(1, 0, THING), {**crowd, "bbox": place}], [found(THING), found(away)]
+        assert scored(tmp_path / str(precision), [frame])["precision"]["value"] == precision

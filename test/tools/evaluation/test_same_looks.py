@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
-from artrec_ros.core.model.found import Detection, ImagePose
-from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
-from artrec_ros.io.truth.records import TrueObject
+from artrec_ros.io.truth.records import TrueComponent, TrueObject
+from artrec_ros.tools.evaluation.metrics import judge_frame
 from artrec_ros.tools.evaluation.outcomes import Outcome
-from artrec_ros.tools.evaluation.same_looks import AS_IT_IS, SameLooks, turned_alike
+from artrec_ros.tools.evaluation.same_looks import AS_IT_IS, SameLooks, siblings, turned_alike
 from artrec_ros.tools.evaluation.slips import slips
 
 BOX = Box(Pose.identity(), np.array([0.2, 0.1, 0.05]))
@@ -100,3 +101,38 @@ def test_balls_are_balls_whichever_sides_stand_for_them():
     assert looks.error_rad(TRUE.rotation, turned) == pytest.approx(0, abs=1e-6)
     leaning = TRUE.rotation @ rotation_from_rotvec([0.7, 0.0, 0.0])
     assert looks.error_rad(TRUE.rotation, leaning) == pytest.approx(0.7)
+
+
+def bar(name, y):
+    outline = np.array([(-0.1, -0.02), (0.1, -0.02), (0.1, 0.02), (-0.1, 0.02)])
+    at = Pose(np.eye(3), np.array([0.0, y, 0.0]))
+    marker = Marker(f"{name}_bar", outline, outline[0], outline[1], T_component_marker=at)
+    return Component(name, (marker,), required=name == "upper")
+
+
+EQUALS = ObjectModel("equals", (bar("upper", 0.05), bar("lower", -0.05)))
+
+
+def test_components_that_a_turn_exchanges_are_found_as_each_other():
+    """Of an equals sign either bar is the upper one."""
+    names = siblings(EQUALS)
+    assert names == [{"upper/upper_bar": "lower/lower_bar", "lower/lower_bar": "upper/upper_bar"}]
+    places = {"upper@upper_bar": (50.0, 40.0), "lower@lower_bar": (50.0, 60.0)}
+    parts = {name: TrueComponent(320.0, 320.0, np.array(at)) for name, at in places.items()}
+    o = TrueObject(None, None, parts, None, "equals")
+
+    def told(first, second):
+        seen = [Instance(c, f"{c}_bar", 0.9, *at, 0.0, 200.0) for c, at in (("upper", first), ("lower", second))]
+        return Detection("equals", 0, 0.9, ImagePose(*first, 0.0, 200.0), tuple(seen))
+
+    here, there = (50.0, 40.0), (50.0, 60.0)
+    for detection, known, right in (
+        (told(here, there), (), True),
+        (told(there, here), (), False),
+        (told(there, here), names, True),
+        (told(here, there), names, True),
+        (told(there, (90.0, 90.0)), names, False),
+    ):
+        frame = judge_frame([o], [detection], "upper", known)
+        assert frame.outcomes[0].truth is o and frame.all_well == right
+    assert siblings(CRATE) == []

@@ -36,6 +36,15 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="half of a shaded marker is unknown, and more of a thin one; 0.13 gets two objects in 208 wrong",
     )
+    several_parted: float = param(
+        0.5,
+        "share of the outline of a component that may be of several classes which, in an image with colours, counts as "
+        "all of it where it does not lie amid the class that is shown: blurred edges are blends of these",
+        low=0.1,
+        high=1,
+        paths=("space", "facing"),
+        origin="photographs of tags of five squares in five colours: 1 tells 4 of 12, 0.8 10, 0.5 all and 7 false",
+    )
     stand_in: float = param(
         0.5,
         "where another component fits better in the required one's place, and the object then explains still this "

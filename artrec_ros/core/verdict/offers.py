@@ -1,0 +1,122 @@
+"""Objects that are told; the pixels of those that are not are offered to others again.
+
+An object takes its pixels as soon as the labels bear it out. Only when all are brought to rest is it known how many
+there are of what occurs once, and what is sure enough to be told of each: one that then goes has kept others from what
+it leaves. So pixels are shared out again without it, as long as more comes of that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..image.blobs import Blob
+from ..image.image_frame import ImageFrame
+from ..model.found import Detection, Rejection
+from ..pose.finder import WholeObjectFinder
+from ..pose.surface_model import Poses
+from .acceptance import Verdict
+from .descriptions import Describer
+from .enough import enough_of, without_surplus
+from .judge import Judge
+
+_ROUNDS = 3  # what one that went has kept away may go in its turn
+Found = Sequence[tuple[WholeObjectFinder, Poses]]
+Shared = tuple[Sequence[Verdict], Sequence[Verdict]]
+
+
+@dataclass(frozen=True)
+class Told:
+    """What is told of a frame.
+
+    :param detections: of each target. :param doubtful: why others are not. :param verdicts: of each target those on its
+        objects. :param shared: as of `share_out`. :param surplus: verdicts on objects of which there are enough.
+    :param fallen: verdicts on those that are not told by what is told of them.
+    """
+
+    detections: Sequence[Sequence[Detection]]
+    doubtful: Sequence[Rejection]
+    verdicts: Sequence[Sequence[Verdict]]
+    shared: Shared
+    surplus: Sequence[Verdict]
+    fallen: Sequence[Verdict]
+
+    @property
+    def worth(self) -> float:
+        """How many of its objects are there, as far as is known."""
+        return sum(d.score for mine in self.detections for d in mine)
+
+    def left(self, found: Found) -> Found:
+        """The candidates without those in the places of what is not told: of targets of which there are enough none is
+        left but those that are told."""
+        enough = {v.claim.finder for v in self.surplus}
+        kept = [(v.claim.finder, v.claim.poses) for mine in self.verdicts for v in mine if v.claim.finder in enough]
+        rest = ((finder, poses) for finder, poses in found if finder not in enough)
+        return [*kept, *((finder, poses[self._elsewhere(finder, poses)]) for finder, poses in rest)]
+
+    def _elsewhere(self, finder: WholeObjectFinder, poses: Poses) -> np.ndarray:
+        """(H,) which of these are not in the place of one that fell."""
+        there, turn = np.zeros(len(poses), bool), finder.config.search.niche_rad
+        for v in self.fallen if len(poses) else ():
+            if v.claim.finder is finder:
+                there |= finder.required.is_in_place_of(poses, v.claim.poses, turn)
+        return ~there
+
+
+@dataclass(frozen=True)
+class Offers:
+    """:param frame: where objects are. :param blobs: in which what they lack may be.
+    :param surplus_alone: whether only what occurs too often is offered again: in space half hidden objects fall in most
+        frames of a crowd, and each time would take as long as the first.
+    """
+
+    describers: Sequence[Describer]
+    judge: Judge
+    frame: ImageFrame
+    blobs: Sequence[Blob]
+    surplus_alone: bool = False
+
+    def told(self, found: Found, shared: Shared, share: Callable[[Found], Shared | None]) -> Told:
+        """What is told of objects, those among them that others have kept away.
+
+        :param found: all candidates. :param shared: what became of them. :param share: `share_out`; None: too late.
+        """
+        best = told = self._once(shared)
+        for _ in range(_ROUNDS - 1):
+            gone = told.surplus or (told.fallen and not self.surplus_alone)
+            if not gone or self.frame.deadline.expired:
+                break
+            found, before = told.left(found), told
+            again = share(found)
+            if again is None:
+                break
+            told = self._once(again)
+            surplus, doubtful = [*before.surplus, *told.surplus], [*before.doubtful, *told.doubtful]
+            told = replace(told, doubtful=doubtful, surplus=surplus)
+            best = told if told.worth > best.worth else best
+        return best
+
+    def _once(self, shared: Shared) -> Told:
+        told, surplus, objects = without_surplus(self.describers, shared[0], self.frame, self.judge)
+        detections, doubtful, fallen = list[Sequence[Detection]](), list[Rejection](), list[Verdict]()
+        for describer, mine in zip(self.describers, told, strict=True):
+            described = describer.describe(mine, self.frame, objects, self.blobs)
+            sure, in_doubt = enough_of(described, describer.finder, self.judge)
+            detections.append(sure)
+            doubtful += in_doubt
+            fallen += _behind(mine, [d for d in described if _is_none_of(d, sure)])
+        return Told(detections, doubtful, told, shared, surplus, fallen)
+
+
+def _is_none_of(detection: Detection, told: Sequence[Detection]) -> bool:
+    """Whether it is not told: those that are have another number."""
+    return not any(d.pose is detection.pose for d in told)
+
+
+def _behind(verdicts: Sequence[Verdict], detections: Sequence[Detection]) -> list[Verdict]:
+    """The verdict that each detection is about: nothing else is as near to where it came to rest."""
+    places = np.array([v.claim.poses.t[0] for v in verdicts])
+    poses = [d.pose for d in detections if d.pose is not None]
+    return [verdicts[int(np.linalg.norm(places - pose.position, axis=1).argmin())] for pose in poses]

@@ -46,6 +46,8 @@ class Marker:
         check_name(self.name, "marker")
         for name in ("outline", "tail", "head"):
             object.__setattr__(self, name, readonly(getattr(self, name)))
+        if self.is_ball and self.T_component_marker is not None:  # its component's frame is turned to the camera
+            object.__setattr__(self, "T_component_marker", Pose(np.eye(3), self.T_component_marker.position))
         if self.outline.ndim != 2 or self.outline.shape[1] != 2 or len(self.outline) < 3:
             raise ConfigError(f"marker '{self.name}': the outline needs three points (x, y) or more")
         if abs(self._signed_area) < 1e-12:

@@ -91,7 +91,8 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
             fixed = mine.component == other.component or all(
                 model.components[p.component].joint is None for p in (mine, other)
             )
-            if other is not mine and fixed and (not own_class or set(mine.labels) & set(other.labels)):
+            balls = any(p.marker is not None and p.marker.is_ball for p in (mine, other))  # by the view, not the model
+            if other is not mine and fixed and not balls and (not own_class or set(mine.labels) & set(other.labels)):
                 row[_covers(other, beyond)] = False
     return out
 

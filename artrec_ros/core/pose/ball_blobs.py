@@ -36,7 +36,7 @@ class BallBlobs:
         :param pose: one. :param shown: markers by which components are seen: patches of the surface.
         """
         surface, middle, area = self._surface, *self._surface.sides.blobs
-        frames, patches = self._kin.forward(pose.R, pose.t, pose.q), np.array(shown, np.int64)
+        frames, patches = self._kin.seen(pose.R, pose.t, pose.q), np.array(shown, np.int64)
         of, balls = surface.component[patches], surface.sides.balls
         places = surface.place(frames, middle[patches], of)[0]
         at, scale = project(camera, places), camera.focal_px / np.maximum(places[:, 2], LEAST_DEPTH_M)

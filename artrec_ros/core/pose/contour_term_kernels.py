@@ -37,6 +37,27 @@ class ContourTerm(NamedTuple):
 
 
 @inlined
+def lever_of_ball(radius: float, t: Any, rows: Any, xs: Any, ys: Any, zs: Any) -> None:
+    """Of a ball the rim that is seen moves with its centre, however it turns: levers, and derivatives by the turn, of
+    its points are those of its centre.
+
+    :param t: (3,) the object's place. :param rows: as of `fill_rows`, translations filled. :param xs, ys, zs: (m,) the
+        points, of the disc that faces the camera; afterwards the centre.
+    """
+    m, x, y, z = len(xs), 0.0, 0.0, 0.0
+    for i in range(m):
+        x, y, z = x + xs[i] / m, y + ys[i] / m, z + zs[i] / m
+    farther = math.sqrt(1.0 + radius * radius / max(x * x + y * y + z * z, 1e-12))  # as of `face_camera`
+    x, y, z = farther * x, farther * y, farther * z
+    ax, ay, az = x - t[0], y - t[1], z - t[2]
+    gxs, gys, gzs, r3, r4, r5 = rows[0], rows[1], rows[2], rows[3], rows[4], rows[5]
+    for i in range(m):
+        gx, gy, gz = gxs[i], gys[i], gzs[i]
+        r3[i], r4[i], r5[i] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
+        xs[i], ys[i], zs[i] = x, y, z
+
+
+@inlined
 def fill_rows(
     s: Surface, k: int, P: Any, q: Any, placed: Placed, columns: Any, n: int, view: LabelView, outline: Any, rows: Any
 ) -> None:
@@ -63,6 +84,8 @@ def fill_rows(
         gxs[i], gys[i], gzs[i] = gx, gy, gz
         r3[i], r4[i], r5[i] = ay * gz - az * gy, az * gx - ax * gz, ax * gy - ay * gx
         xs[i], ys[i], zs[i] = x, y, z
+    if s.bulge[s.patch_of[k]] > 0.0:
+        lever_of_ball(s.bulge[s.patch_of[k]], placed.t, rows, xs, ys, zs)
     for c in range(6, n):
         j, row = columns[c] - 6, rows[c]
         dx, dy, dz = placed.axis[j, 0], placed.axis[j, 1], placed.axis[j, 2]

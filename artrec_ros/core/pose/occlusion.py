@@ -8,12 +8,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.transforms import Array
+from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.objects import ObjectModel
 from ..model.surface import Patch
 
 BEHIND = 1 - 1e-4  # share of the way to a point beyond which a box no longer hides it
 _FLUSH_M = 1e-6
+_STAR = 0.83  # of a ball's radius: half a side of two squares across each other that cover as much as it
 _CORNERS = np.array(np.meshgrid(*[[-1.0, 1.0]] * 3)).reshape(3, -1).T
 
 
@@ -58,10 +59,14 @@ class Opaque(NamedTuple):
 
 
 def opaque_of(boxes: BodyBoxes, patches: Sequence[Patch]) -> Opaque:
-    """All boxes of bodies, and of markers the rectangles that hold them."""
+    """All boxes of bodies, and of markers the rectangles that hold them, of balls two squares across each other."""
     plates = []
     for patch in patches:
-        if patch.marker is not None and patch.marker.T_component_marker is not None:
+        if patch.marker is not None and patch.marker.is_ball:
+            half = np.append(np.full(2, _STAR * patch.marker.radius), _FLUSH_M)
+            turns = (rotation_from_rotvec(np.array([0.0, 0.0, turn])) for turn in (0.0, np.pi / 4))
+            plates += [(patch.component, R, patch.marker.centre, half) for R in turns]
+        elif patch.marker is not None and patch.marker.T_component_marker is not None:
             at, outline = patch.marker.T_component_marker, patch.marker.outline
             low, high = outline.min(axis=0), outline.max(axis=0)
             middle = at.apply(np.append((low + high) / 2, 0.0)[None])[0]

@@ -84,7 +84,7 @@ class ThroughMiddles:
 
     def places(self, poses: Poses, patches: NDArray[np.int64]) -> Array:
         """(H, n, 3) where the middles of n markers are, before the camera."""
-        frames = self._kin.forward(poses.R, poses.t, poses.q)
+        frames = self._kin.seen(poses.R, poses.t, poses.q)
         at = self._surface.place(frames, self._middle[patches], self._surface.component[patches])
         at[..., 2] = np.maximum(at[..., 2], LEAST_DEPTH_M)
         return at

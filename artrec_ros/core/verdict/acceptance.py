@@ -12,9 +12,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, cached_property, lru_cache
+from functools import cache, cached_property
 from itertools import product
 from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 from numpy.typing import NDArray
@@ -196,7 +197,7 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
 
     :param sizes: of which markers may look: chance bears out each claim as many times as easily.
     """
-    finder, by = claims.finder, _criteria(claims.finder, claims.frame.image is not None)
+    finder, by = claims.finder, _criteria(claims.finder, in_colour=claims.frame.image is not None)
     surface, n = finder.surface, (len(claims), by.n_components)
     said = Said(*claims.scores.arrays, claims.seen.full_px, claims.votes, claims.scale)
     found = Found(
@@ -219,9 +220,19 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
-@lru_cache(maxsize=16)
-def _criteria(finder: WholeObjectFinder, in_colour: bool) -> Criteria:
-    """By which one target's claims are judged, in an image with colours or of labels alone."""
+# of each finder, as long as it lives; in images with colours or of labels alone
+_CRITERIA: WeakKeyDictionary[WholeObjectFinder, dict[bool, Criteria]] = WeakKeyDictionary()
+
+
+def _criteria(finder: WholeObjectFinder, *, in_colour: bool) -> Criteria:
+    """By which one target's claims are judged."""
+    known = _CRITERIA.setdefault(finder, {})
+    if in_colour not in known:
+        known[in_colour] = _criteria_of(finder, in_colour=in_colour)
+    return known[in_colour]
+
+
+def _criteria_of(finder: WholeObjectFinder, *, in_colour: bool) -> Criteria:
     surface, config, v = finder.surface, finder.config, finder.surface.votes
     thin_px, most = 2 * (v.ring_px + v.ring_width_px), float(v.rim[0] + v.ring[2])
     told = np.zeros(len(surface.patches), bool)

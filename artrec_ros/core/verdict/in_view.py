@@ -50,6 +50,7 @@ class PartsInView:
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
         self._is_ball = np.array([p.marker is not None and p.marker.is_ball for p in patches], bool)
+        self._bulge = np.where(self._is_ball, [p.marker.radius if p.marker else 0.0 for p in patches], 0.0)
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
         component = surface.component[surface.markers]
@@ -87,7 +88,9 @@ class PartsInView:
         off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
         centre = np.where((count > 0) & ~self._is_ball[:, None], centroid + off, centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
-        scale = camera.focal_px / np.maximum(view.depth, 1e-6)  # at the outline's centroid
+        # at the outline's centroid, of a ball at its centre, which is behind that
+        far = np.linalg.norm(X[:, first], axis=2)
+        scale = camera.focal_px / np.maximum(view.depth * np.hypot(far, self._bulge) / np.maximum(far, 1e-9), 1e-6)
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         parts = [
             tuple(self._component(patch, p, pixels[h], values[h], view, h) for patch, p in each.values())

@@ -58,11 +58,11 @@ class Told:
 
     def _elsewhere(self, finder: WholeObjectFinder, poses: Poses) -> np.ndarray:
         """(H,) which of these are not in the place of one that fell."""
-        there, turn = np.zeros(len(poses), bool), finder.config.search.niche_rad
-        for v in self.fallen if len(poses) else ():
-            if v.claim.finder is finder:
-                there |= finder.required.is_in_place_of(poses, v.claim.poses, turn)
-        return ~there
+        mine = [v.claim.poses for v in self.fallen if v.claim.finder is finder]
+        if not mine or not len(poses):
+            return np.ones(len(poses), bool)
+        there = finder.required.is_in_place_of(poses, Poses.concatenate(mine), finder.config.search.niche_rad)
+        return np.asarray(~there.any(axis=1))
 
 
 @dataclass(frozen=True)

@@ -106,12 +106,12 @@ def _adjoining(known: list[_Placed]) -> list[list[str]]:
 
 
 def _placed(model: ObjectModel) -> list[_Placed]:
-    """Markers of one class each, joints mid-range."""
+    """Markers of one class each, joints mid-range; but for balls, which lie in no plane."""
     kin = Kinematics(model)
     frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
     solid = closed_components(model)
     for c, part in enumerate(model.components):
-        for marker in part.markers:
+        for marker in part.markers if part.ball is None else ():
             if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
                 points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
                 outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
@@ -169,7 +169,7 @@ def _on_other_sides(model: ObjectModel) -> list[str]:
     return [
         part.name
         for c, part in enumerate(model.components)
-        if rigid[c] and ((facing[c] @ facing[required].T).max(axis=1) < _ASIDE).any()
+        if rigid[c] and part.ball is None and ((facing[c] @ facing[required].T).max(axis=1) < _ASIDE).any()
     ]
 
 

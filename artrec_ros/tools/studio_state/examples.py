@@ -48,7 +48,7 @@ class Examples:
         :raises ArtrecError: a file that is none, or whose categories are not those of the parameter file."""
         self._session = session
         self.on_change: Callable[[], None] = lambda: None
-        self.categories = {t.name: _keypoints(t.model) for t in session.setup.targets}
+        self.categories = {t.name: tuple(keypoint_names(t.model)) for t in session.setup.targets}
         self.objects: list[AnnotatedObject] = []
         self.empty: list[Path] = []
         paths = [self.path] if self.path.is_file() else list(more)
@@ -59,7 +59,7 @@ class Examples:
         known = load_coco(paths)
         for o in known.objects:
             target, _ = what_is_shown(o, self._session.setup.targets)
-            self.categories.setdefault(o.category, _keypoints(target.model))
+            self.categories.setdefault(o.category, tuple(keypoint_names(target.model)))
             unknown = [name for name in o.points if name not in self.categories[o.category]]
             if unknown:
                 raise ConfigError(f"{o.place}: keypoint '{unknown[0]}' is none of object '{target.model.name}'")
@@ -233,8 +233,3 @@ def is_same(a: AnnotatedObject, b: AnnotatedObject, of_a: Target, of_b: Target) 
         for p in first
         for q in second
     )
-
-
-def _keypoints(model: ObjectModel) -> tuple[str, ...]:
-    """Of a category's objects: balls have some beside those of axes."""
-    return tuple(keypoint_names(model))

@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
@@ -56,13 +57,32 @@ class Told:
         rest = ((finder, poses) for finder, poses in found if finder not in enough)
         return [*kept, *((finder, poses[self._elsewhere(finder, poses)]) for finder, poses in rest)]
 
-    def _elsewhere(self, finder: WholeObjectFinder, poses: Poses) -> np.ndarray:
-        """(H,) which of these are not in the place of one that fell."""
-        mine = [v.claim.poses for v in self.fallen if v.claim.finder is finder]
-        if not mine or not len(poses):
-            return np.ones(len(poses), bool)
-        there = finder.required.is_in_place_of(poses, Poses.concatenate(mine), finder.config.search.niche_rad)
-        return np.asarray(~there.any(axis=1))
+    def _elsewhere(self, finder: WholeObjectFinder, poses: Poses) -> NDArray[np.bool_]:
+        """(H,) which of these are not in the place of one that fell, or are in that of one that is told."""
+        fallen = [v for v in self.fallen if v.claim.finder is finder]
+        return ~_in_place_of(fallen, finder, poses) | _in_place_of(self.standing(finder), finder, poses)
+
+    def standing(self, finder: WholeObjectFinder) -> list[Verdict]:
+        """Verdicts on one target's objects that are told."""
+        return [v for mine in self.verdicts for v in mine if v.claim.finder is finder and v not in self.fallen]
+
+    def keeps(self, other: Told) -> bool:
+        """Whether all that the other one tells is told here, too: nothing sure is given up for several in doubt."""
+        finders = {v.claim.finder for mine in other.verdicts for v in mine}
+        return all(
+            _in_place_of(self.standing(finder), finder, v.claim.poses).all()
+            for finder in finders
+            for v in other.standing(finder)
+        )
+
+
+def _in_place_of(verdicts: Sequence[Verdict], finder: WholeObjectFinder, poses: Poses) -> NDArray[np.bool_]:
+    """(H,) which poses put an object where one of these is."""
+    if not verdicts or not len(poses):
+        return np.zeros(len(poses), bool)
+    there = Poses.concatenate([v.claim.poses for v in verdicts])
+    found = finder.required.is_in_place_of(poses, there, finder.config.search.niche_rad)
+    return np.asarray(found.any(axis=1))
 
 
 @dataclass(frozen=True)
@@ -95,7 +115,7 @@ class Offers:
             told = self._once(again)
             surplus, doubtful = [*before.surplus, *told.surplus], [*before.doubtful, *told.doubtful]
             told = replace(told, doubtful=doubtful, surplus=surplus)
-            best = told if told.worth > best.worth else best
+            best = told if told.worth > best.worth and told.keeps(best) else best
         return best
 
     def _once(self, shared: Shared) -> Told:

@@ -146,7 +146,10 @@ class Judge:
         if not _is_free(verdict.among)[verdict.row]:
             return "almost all of it lies where others are found"
         if not self.shows_required(verdict):
-            required, lack = verdict.claim.finder.surface.model.required.name, verdict.without_required
+            model, lack = verdict.claim.finder.surface.model, verdict.without_required
+            if len(model.components) == 1 and not lack:
+                return "too little of where it would be shows its class, or lies in the image"
+            required = model.required.name
             return f"where it would be, its required component {required} {lack or 'is not confirmed'}"
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
         if out_of_reach is not None:

@@ -13,6 +13,7 @@ from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.identity import NONE_LEFT
 from artrec_ros.core.verdict.offers import Told
@@ -50,11 +51,18 @@ def test_what_one_of_too_many_has_taken_is_anothers():
     assert any(r.object == "equals" and r.reason == NONE_LEFT for r in result.rejected)
 
 
-class Place:
-    """Poses that are numbers: those in a place are those that are the same."""
+def at(*places):
+    """Poses, each at a place of its own along x."""
+    n = len(places)
+    t = np.column_stack([places, np.zeros((n, 2))]).astype(float)
+    return Poses(np.tile(np.eye(3), (n, 1, 1)), t, np.zeros((n, 0)))
 
-    def is_in_place_of(self, poses, one, turn):
-        return poses == one[0]
+
+class Place:
+    """An object is in the place of another one where both are at the same."""
+
+    def is_in_place_of(self, poses, others, turn):
+        return poses.t[:, None, 0] == others.t[None, :, 0]
 
 
 class Finder:
@@ -63,13 +71,20 @@ class Finder:
 
 
 class Claim:
-    def __init__(self, finder, at):
-        self.claim, self.finder, self.poses = self, finder, np.array([at])
+    def __init__(self, finder, place):
+        self.claim, self.finder, self.poses = self, finder, at(place)
 
 
 def test_of_what_falls_other_candidates_stay_and_of_what_is_enough_those_that_are_told():
     once, other = Finder(), Finder()
-    kept, surplus, fallen = Claim(once, 1), Claim(once, 2), Claim(other, 7)
-    told = Told([], [], [[kept], [fallen]], ([], []), [surplus], [fallen])
-    left = told.left([(once, np.array([1, 2, 3])), (other, np.array([5, 7, 8]))])
-    assert [(finder, poses.tolist()) for finder, poses in left] == [(once, [1]), (other, [5, 8])]
+    kept, surplus, fallen, stands = Claim(once, 1), Claim(once, 2), Claim(other, 7), Claim(other, 8)
+    told = Told([], [], [[kept], [fallen, stands]], ([], []), [surplus], [fallen])
+    left = told.left([(once, at(1, 2, 3)), (other, at(5, 7, 8))])
+    assert [(finder, poses.t[:, 0].tolist()) for finder, poses in left] == [(once, [1]), (other, [5, 8])]
+
+
+def test_what_one_round_tells_the_next_may_not_give_up():
+    one = Finder()
+    first = Told([], [], [[Claim(one, 1), gone := Claim(one, 2)]], ([], []), [], [gone])
+    for places, keeps in (((1, 3), True), ((3, 4), False)):
+        assert Told([], [], [[Claim(one, place) for place in places]], ([], []), [], []).keeps(first) == keeps

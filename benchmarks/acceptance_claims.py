@@ -42,11 +42,11 @@ LIKELY_ENOUGH = 0.25  # of claims whose components are looked at
 class Recorder(Judge):
     """Judges, and keeps what the search asked about."""
 
-    asked: list[Verdict] = field(default_factory=list)
+    noted: list[Verdict] = field(default_factory=list)
 
     def trust(self, verdict: Verdict) -> float:
         if verdict.claim.votes > self.min_votes:
-            self.asked.append(verdict)
+            self.noted.append(verdict)
         return super().trust(verdict)
 
 
@@ -203,7 +203,7 @@ class Watcher:
         search = SpatialSearch(image, judge, self._config.search)
         shared = share_out(search.run(self._finders, blobs), image, judge)
         self._note(judge, *shared, frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
-        for verdict in judge.asked:
+        for verdict in judge.noted:
             if judge.shows_required(verdict):
                 self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))
 

@@ -167,3 +167,16 @@ def test_a_ball_stands_out_of_what_is_in_it(nearer_m):
     surface = SpatialModel(model, RED, settings().votes)
     shown = surface.shown(surface.kinematics.seen(true.R, true.t, true.q), surface.markers[:1], 36)
     assert shown.mean() == 1 if nearer_m == 0 else shown.mean() < 0.9
+
+
+@pytest.mark.parametrize("x_px", [-20.0, -8.0, 4.0])
+def test_a_ball_that_the_border_cuts_is_told_by_what_shows(x_px):
+    """Its centre may lie beyond."""
+    at = np.array([x_px, 200.0])
+    centre = np.append((at - CAMERA.matrix[:2, 2]) / CAMERA.focal_px, 1.0) * 0.3
+    labels = np.where(sphere(centre, 0.05, CAMERA), RED, 0).astype(np.uint8)
+    engine = Recognizer((Target("ball", LONE, RED),), settings(), Segmenter(ImageConfig()), calibrated=True)
+    (found,) = engine.recognize(labels, CAMERA).detections
+    assert found.score > 0.6
+    here = found.pose.apply(np.array([[0.2, 0, 0]]))[0]
+    np.testing.assert_allclose(here, centre, atol=0.06 * np.linalg.norm(centre))

@@ -158,7 +158,8 @@ def said_of(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Votes, visible pixels and agreement of a patch in view; the first `n_near` boxes of `room.near` may hide it."""
     f2 = view.K[0, 0] * view.K[1, 1]
-    total, all_of_it, shown, seen, same, role, own = 0.0, 0.0, 0.0, 0.0, 0.0, s.table[s.role[p]], s.own[s.role[p]]
+    total, all_of_it, shown, seen, same, beyond = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    role, own = s.table[s.role[p]], s.own[s.role[p]]
     size = s.area[p] * f2 / depth**2 * cosine
     count, near = count_for(s, p, size, limits), is_near(s, p, depth)
     on, times, A_of_all, b_of_all = points_of(s, p, count), 1.0, A, b
@@ -186,6 +187,7 @@ def said_of(
             continue
         if found == limits.outside:  # says nothing, and may stand for more pixels than the image has
             weight = min(weight, 1.0)
+            beyond += weight if s.bulge[p] > 0.0 else 0.0
         seen += weight
         total += weight * role[found]
         same += weight * own[found]
@@ -200,6 +202,7 @@ def said_of(
         ring, parted = ring_votes(s, k, own, A, b, depth, near, cut, view, limits, room)
         value = value * parted if value > 0.0 else value  # amid its class there is nothing to tell a marker by
         value += ring * ring_px2(s, k, cosine, depth, f2, limits) * times
+    seen -= beyond  # what the image shows of a ball tells all of it
     return value, size * seen / count, same / max(seen, 1e-9)
 
 

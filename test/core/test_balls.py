@@ -15,7 +15,9 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import other_bends
 from artrec_ros.core.pose.ball_blobs import BallBlobs
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import Poses, SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.solids import ball_solid
@@ -180,3 +182,18 @@ def test_a_ball_that_the_border_cuts_is_told_by_what_shows(x_px):
     assert found.score > 0.6
     here = found.pose.apply(np.array([[0.2, 0, 0]]))[0]
     np.testing.assert_allclose(here, centre, atol=0.06 * np.linalg.norm(centre))
+
+
+def test_a_ball_is_bent_to_the_other_side_of_its_joint():
+    """Seen along neither axis nor lever it lies as far behind as before, at the same place in the image; one that its
+    joint turns in place is bent to none."""
+    one, two = (ball_solid(0.02, Pose.from_xyz_rpy((0, 0, z)))[0] for z in (0.0, 0.2))
+    joint = [Joint(parent, Pose.identity(), np.array([0.0, 1.0, 0.0]), -3.1, 3.1) for parent in ("base", "still")]
+    parts = Component("base", one, True), Component("still", one, joint=joint[0]), Component("out", two, joint=joint[1])
+    surface = SpatialModel(ObjectModel("arm", parts), RED, settings().votes)
+    assert surface.component[surface.markers[surface.tipped]].tolist() == [2]
+    finder = WholeObjectFinder(Target("arm", surface.model, RED), settings())
+    pose = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 20.0]]), np.array([[0.0, 0.5]]))
+    bends = other_bends._across(finder, pose, np.ones((1, 3), bool))
+    assert bends.joint.tolist() == [1]
+    assert np.cos(bends.poses.q[0, 1] - (np.pi - 0.5)) == pytest.approx(1, abs=1e-3)

@@ -147,9 +147,11 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
     joint = np.array(kin.joint_of)[component]
     frames, by = kin.forward(poses.R, poses.t, poses.q), np.full(poses.q.shape, np.nan)
     R, axis = frames.R[:, component], frames.axis[:, joint]  # (H, m, 3, 3), (H, m, 3)
-    normal, middle = ((R @ v[patch][..., None])[..., 0] for v in (surface.normal, surface.centre))
+    normal, middle = ((R @ v[patch][..., None])[..., 0] for v in (surface.bent, surface.centre))
     middle = middle + frames.t[:, component]
     sight = -middle / np.maximum(np.linalg.norm(middle, axis=-1, keepdims=True), 1e-12)
+    ball = np.isin(component, sorted(surface.sides.balls))[:, None]  # whose lever has no front
+    normal = np.where(ball & (_dots(normal, sight) < 0)[..., None], -normal, normal)
     facing = _dots(normal, sight)
     along, across = facing - _dots(normal, axis) * _dots(sight, axis), _dots(np.cross(axis, normal), sight)
     h, m = np.nonzero(used[:, tipped] & (facing > 0) & (np.hypot(along, across) > _LEAST_LEVER))

@@ -115,7 +115,9 @@ class StandIns:
         are."""
         surface = self._surface
         kin, c = surface.kinematics, int(surface.component[other])
-        seen = kin.forward(poses.R, poses.t, poses.q)
+        # a ball lies in no plane but the one that is seen
+        frames = kin.seen if surface.root in surface.sides.balls else kin.forward
+        seen = frames(poses.R, poses.t, poses.q)
         at = Pose(seen.R[0, surface.root], seen.t[0, surface.root]) @ middle_of(_marker(surface.patches[patch]))
         inside = middle_of(_marker(surface.patches[other])).inverse()
         R = at.rotation @ self._R @ inside.rotation  # (K, 3, 3) frames of the component

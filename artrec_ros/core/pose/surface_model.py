@@ -244,11 +244,23 @@ class SpatialModel:
         return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])
 
     @cached_property
+    def bent(self) -> Array:
+        """(P, 3) which way looks the same as mirrored in the line of sight when a component's own joint bends it: a
+        patch's normal; of a ball what is square to its lever, by which it lies as far before as behind."""
+        out = self.normal.copy()
+        for p in self.markers.tolist():
+            ball, joint = (part := self.model.components[self.component[p]]).ball, part.joint
+            if ball is not None and joint is not None:
+                across = np.cross(joint.axis, ball.centre)
+                out[p] = across / max(float(np.linalg.norm(across)), _SLIGHT)
+        return out
+
+    @cached_property
     def tipped(self) -> NDArray[np.int64]:
         """Rows of the markers that their component's own joint tips, not only turns in their plane or slides."""
         joints = [self.model.components[self.component[p]].joint for p in self.markers]
         lever = [
-            np.linalg.norm(np.cross(j.axis, self.normal[p])) if j is not None and j.kind == "revolute" else 0.0
+            np.linalg.norm(np.cross(j.axis, self.bent[p])) if j is not None and j.kind == "revolute" else 0.0
             for j, p in zip(joints, self.markers, strict=True)
         ]
         return np.flatnonzero(np.array(lever) > _SLIGHT)

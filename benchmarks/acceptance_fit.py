@@ -97,6 +97,13 @@ def expected_error(p: Array, right: Array) -> float:
     return sum(n * abs(mean - share) for _, _, n, mean, share in reliability(p, right)) / len(p)
 
 
+def tell(name: str, p: Array, right: Array) -> None:
+    """Print how well probabilities (n,) are calibrated."""
+    print(f"{name}: {len(p)}, log loss {log_loss(p, right):.3f}, expected error {expected_error(p, right):.3f}")
+    for low, high, n, mean, share in reliability(p, right):
+        print(f"  {low:4.2f} to {high:4.2f}: {n:5d}, told {mean:.3f}, right {share:.3f}")
+
+
 def threshold(p: Array, right: Array, most_wrong: float) -> float:
     """The least probability, in steps of 0.005, above which no more than that share is wrong."""
     steps = np.arange(0.5, 1.0, 0.005)

@@ -10,16 +10,15 @@ python benchmarks/chance.py --load found.npz [more.npz ...]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 
 import cv2
 import numpy as np
 from acceptance_facing import LEAST_PX, MOST_PX, WIDER, is_there, true_scales
-from acceptance_fit import expected_error, log_loss, reliability
+from acceptance_fit import log_loss, tell
+from kept_rows import rows_of
 from random_flat import FlatScene, flat_frames, flat_world, world_colours
 from random_patterns import shaded
 from random_solids import World
@@ -132,32 +131,13 @@ def fitted(rows: Mapping[str, Array]) -> float:
     return float(max(s for s in shares if log_loss(scored(usual, s), usual["right"]) <= most))
 
 
-def report(name: str, p: Array, right: Array) -> None:
-    print(f"{name}: {len(p)}, log loss {log_loss(p, right):.3f}, expected error {expected_error(p, right):.3f}")
-    for low, high, n, mean, share in reliability(p, right):
-        print(f"  {low:4.2f} to {high:4.2f}: {n:5d}, told {mean:.3f}, right {share:.3f}")
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path)
-    parser.add_argument("--load", type=Path, nargs="+")
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--worlds", type=int, default=180)
-    parser.add_argument("--scenes", type=int, default=6)
-    args = parser.parse_args()
-    if args.load:
-        values = np.concatenate([np.load(path)["rows"] for path in args.load])
-    else:
-        values = watch(args.first, args.worlds, args.scenes)
-    if args.save:
-        np.savez(args.save, rows=values)
-    rows = dict(zip(COLUMNS, values.T, strict=True))
+    rows = rows_of(__doc__, COLUMNS, watch, 180, 6)
     share = fitted(rows)
-    print(f"chance_share {share:.2f} of {len(values)} objects")
+    print(f"chance_share {share:.2f} of {len(rows['p'])} objects")
     for name, which in (("usual", rows["wide"] == 0), ("crowded", rows["wide"] > 0)):
-        report(f"{name}, without", rows["p"][which], rows["right"][which])
-        report(f"{name}, with", scored(rows, share)[which], rows["right"][which])
+        tell(f"{name}, without", rows["p"][which], rows["right"][which])
+        tell(f"{name}, with", scored(rows, share)[which], rows["right"][which])
 
 
 if __name__ == "__main__":

@@ -9,13 +9,12 @@ python benchmarks/left_over.py --load found.npz [more.npz ...]
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
-from acceptance_fit import expected_error, log_loss, reliability
+from acceptance_fit import log_loss, tell
+from kept_rows import rows_of
 from random_limbs import Limb, LimbWorld, limb_scene, limb_world
 from scipy.optimize import minimize
 from scipy.special import expit
@@ -101,35 +100,16 @@ def scored(rows: Mapping[str, Array], odds: Array) -> Array:
     return np.asarray(np.where(rows["left"] > 0, rows["p"] * expit(-against), rows["p"]))
 
 
-def report(name: str, p: Array, right: Array) -> None:
-    print(f"{name}: {len(p)}, log loss {log_loss(p, right):.3f}, expected error {expected_error(p, right):.3f}")
-    for low, high, n, mean, share in reliability(p, right):
-        print(f"  {low:4.2f} to {high:4.2f}: {n:5d}, told {mean:.3f}, right {share:.3f}")
-
-
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--save", type=Path)
-    parser.add_argument("--load", type=Path, nargs="+")
-    parser.add_argument("--first", type=int, default=0)
-    parser.add_argument("--worlds", type=int, default=300)
-    parser.add_argument("--scenes", type=int, default=12)
-    args = parser.parse_args()
-    if args.load:
-        values = np.concatenate([np.load(path)["rows"] for path in args.load])
-    else:
-        values = watch(args.first, args.worlds, args.scenes)
-    if args.save:
-        np.savez_compressed(args.save, rows=values)
-    rows = dict(zip(COLUMNS, values.T, strict=True))
+    rows = rows_of(__doc__, COLUMNS, watch, 300, 12)
     even = rows["world"] % 2 == 0
     odds = fitted({name: column[even] for name, column in rows.items()})
     print("left_over_odds:", np.round(odds, 2).tolist())
     rest = {name: column[~even] for name, column in rows.items()}
     left = rest["left"] > 0
     for where, some in (("all", np.ones_like(left)), ("with something left over", left)):
-        report(f"{where}, as they were", rest["p"][some], rest["right"][some])
-        report(f"{where}, as told", scored(rest, odds)[some], rest["right"][some])
+        tell(f"{where}, as they were", rest["p"][some], rest["right"][some])
+        tell(f"{where}, as told", scored(rest, odds)[some], rest["right"][some])
 
 
 if __name__ == "__main__":

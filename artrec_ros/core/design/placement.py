@@ -15,8 +15,8 @@ _MUCH = 0.5  # share of a marker
 
 
 def buried_markers(model: ObjectModel) -> list[tuple[str, str]]:
-    """(component, marker) of the markers that lie within their own component's body, or look into it; of a box,
-    or cylinder of one colour, out of some of whose sides a rod may come, all or none. A ball stands out of what is in
+    """(component, marker) of the markers that lie within their own component's body, or look into it; of a box or
+    cylinder of one colour, out of some of whose sides a rod may come, all or none. A ball stands out of what is in
     it."""
     found, solids = list[tuple[str, str]](), Target(model.name, model, 1).solids
     for component in (c for c in model.components if c.ball is None):

@@ -50,4 +50,4 @@ def shadow_m2(markers: Sequence[Patch]) -> float:
 
 def balls_of(patches: Sequence[Patch]) -> dict[int, Marker]:
     """What shows the components that are balls, by the component's index."""
-    return {p.component: p.marker for p in patches if p.marker is not None and p.marker.is_ball}
+    return {p.component: p.marker for p in patches if p.marker is not None and p.bulge}

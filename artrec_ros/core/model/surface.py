@@ -56,6 +56,11 @@ class Patch:
     normal: Array
     area: float
 
+    @property
+    def bulge(self) -> float:
+        """By how much what it stands for lies before it, metres: a ball's radius; 0: it is flat."""
+        return self.marker.radius if self.marker is not None and self.marker.is_ball else 0.0
+
 
 def patches_of(model: ObjectModel, label: int) -> list[Patch]:
     """Every marker of a spatial model, and every face of its boxes, but for those that are closed in by markers which
@@ -91,7 +96,7 @@ def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -
             fixed = mine.component == other.component or all(
                 model.components[p.component].joint is None for p in (mine, other)
             )
-            balls = any(p.marker is not None and p.marker.is_ball for p in (mine, other))  # by the view, not the model
+            balls = mine.bulge or other.bulge  # what lies beyond these is a matter of the view, not of the model
             if other is not mine and fixed and not balls and (not own_class or set(mine.labels) & set(other.labels)):
                 row[_covers(other, beyond)] = False
     return out

@@ -38,8 +38,8 @@ class BodyBoxes:
         for b, (component, R, t, half) in enumerate(zip(self.component, self.R, self.t, self.half, strict=True)):
             corners = (_CORNERS * half) @ R.T + t
             for p, patch in enumerate(patches):
-                if patch.marker is not None and patch.marker.is_ball:
-                    beyond = np.linalg.norm(corners - patch.drawn[0], axis=1) - patch.marker.radius
+                if patch.bulge:
+                    beyond = np.linalg.norm(corners - patch.drawn[0], axis=1) - patch.bulge
                 else:
                     beyond = (corners - patch.inside[0]) @ patch.normal
                 out[p, b] = patch.component == component and beyond.max() < _FLUSH_M
@@ -62,10 +62,10 @@ def opaque_of(boxes: BodyBoxes, patches: Sequence[Patch]) -> Opaque:
     """All boxes of bodies, and of markers the rectangles that hold them, of balls two squares across each other."""
     plates = []
     for patch in patches:
-        if patch.marker is not None and patch.marker.is_ball:
-            half = np.append(np.full(2, _STAR * patch.marker.radius), _FLUSH_M)
+        if patch.bulge:
+            half = np.append(np.full(2, _STAR * patch.bulge), _FLUSH_M)
             turns = (rotation_from_rotvec(np.array([0.0, 0.0, turn])) for turn in (0.0, np.pi / 4))
-            plates += [(patch.component, R, patch.marker.centre, half) for R in turns]
+            plates += [(patch.component, R, patch.drawn[0], half) for R in turns]
         elif patch.marker is not None and patch.marker.T_component_marker is not None:
             at, outline = patch.marker.T_component_marker, patch.marker.outline
             low, high = outline.min(axis=0), outline.max(axis=0)

@@ -109,8 +109,8 @@ def _rigid_faces(surface: SpatialModel, component: int) -> list[_Face]:
         R, t = R_own.T @ frames.R[0, c], R_own.T @ (frames.t[0, c] - t_own)
         for p in surface.markers_of[c]:
             patch = surface.patches[p]
-            ball = patch.marker.radius if patch.marker is not None and patch.marker.is_ball else 0.0
-            out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, bool(labels & set(patch.labels)), ball))
+            has_class = bool(labels & set(patch.labels))
+            out.append(_Face(patch.drawn[3:] @ R.T + t, R @ patch.normal, has_class, patch.bulge))
         part = surface.model.components[c]
         bodies = part.bodies if (surface.component[~surface.is_marker] == c).any() else ()  # else markers close it in
         for box, axis, sign in product(bodies, range(3), (-1.0, 1.0)):

@@ -157,9 +157,7 @@ class SpatialModel:
             most=np.array([len(p.finer) for p in self.patches]),
             points=np.ascontiguousarray(np.concatenate(filled).T),
             role=self.role,
-            bulge=np.array(
-                [p.marker.radius if p.marker is not None and p.marker.is_ball else 0.0 for p in self.patches]
-            ),
+            bulge=np.array([p.bulge for p in self.patches]),
             contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
             contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
             perimeter=self.perimeter,

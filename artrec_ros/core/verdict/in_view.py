@@ -49,8 +49,7 @@ class PartsInView:
         self._row = {p: row for row, p in enumerate(surface.markers.tolist())}
         # the points of all markers: samples of the inside, one number of them each, and after these what is drawn
         self._inside = len(patches), INSIDE_POINTS
-        self._is_ball = np.array([p.marker is not None and p.marker.is_ball for p in patches], bool)
-        self._bulge = np.where(self._is_ball, [p.marker.radius if p.marker else 0.0 for p in patches], 0.0)
+        self._bulge = np.array([p.bulge for p in patches])
         self._points = np.concatenate([p.inside for p in patches] + [p.drawn for p in patches])
         n_drawn = [len(p.drawn) for p in patches]
         component = surface.component[surface.markers]
@@ -86,7 +85,7 @@ class PartsInView:
         centroid, tail, head = (pixels[:, first + i] for i in range(3))  # (H, M, 2)
         # by how far the middle of what is seen is off that of all: the samples' own middle is not quite the centroid
         off = (inside * weight).sum(axis=2) / np.maximum(count, 1) - inside.mean(axis=2)
-        centre = np.where((count > 0) & ~self._is_ball[:, None], centroid + off, centroid)
+        centre = np.where((count > 0) & (self._bulge == 0)[:, None], centroid + off, centroid)
         theta = np.arctan2(head[..., 1] - tail[..., 1], head[..., 0] - tail[..., 0])
         # at the outline's centroid, of a ball at its centre, which is behind that
         far = np.linalg.norm(X[:, first], axis=2)

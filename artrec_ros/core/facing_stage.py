@@ -17,7 +17,7 @@ from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
-from .model.found import Detection, Rejection
+from .model.found import Detection, StageResult
 from .model.target import Target
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
@@ -27,6 +27,7 @@ from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
+from .verdict.doubts import doubtful
 from .verdict.judge import FirstLooks, Judge
 from .verdict.offers import Found, Offers, Shared
 from .verdict.ownership import share_out
@@ -50,20 +51,22 @@ class FacingStage:
             config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}
         )
 
-    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
-        """Detections by target and score, and what was turned down, with reasons: worked out when looked at."""
+    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> StageResult:
+        """Detections by target and score, and what was turned down, with reasons."""
         if not self._searches:
-            return (), ()
+            return StageResult()
         view = self._from_above.view(frame)
         if view is None:
             return self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
-        found, turned_down = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
-        told, beyond = within(in_image(found, view), self._judge.reach, frame.calibration)
-        return told, Deferred(lambda: (*beyond, *(rejection_in_image(r, view) for r in turned_down)))
+        found = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
+        told, beyond = within(in_image(found.detections, view), self._judge.reach, frame.calibration)
+        return StageResult(
+            told,
+            Deferred(lambda: (*beyond, *(rejection_in_image(r, view) for r in found.rejected))),
+            Deferred(lambda: within(in_image(found.doubtful, view), self._judge.reach, frame.calibration)[0]),
+        )
 
-    def _recognize(
-        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
-    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
+    def _recognize(self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> StageResult:
         """As `recognize`, in a frame whose camera objects face."""
         found, shared = self.candidates(faced, blobs, limits)
         told = Offers(self.describers, self._judge, faced, blobs).told(found, shared, partial(self._again, faced))
@@ -71,8 +74,11 @@ class FacingStage:
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
         verdicts = told.shared[0], told.surplus, told.shared[1]
-        return tuple(detections), Deferred(
-            lambda: (*told.doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))
+        in_doubt = partial(doubtful, self.describers, self._judge, faced.unhurried(), blobs, told)
+        return StageResult(
+            tuple(detections),
+            Deferred(lambda: (*told.doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))),
+            Deferred(lambda: (self._faced(d, faced) for d in in_doubt())),
         )
 
     def _faced(self, detection: Detection, faced: ImageFrame) -> Detection:

@@ -29,7 +29,7 @@ from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
 from .memory.memory import Memory
 from .memory.recall import Recall
-from .model.found import Detection, FrameResult, Rejection
+from .model.found import Detection, FrameResult, Rejection, StageResult
 from .model.target import Target
 from .pose.by_size import SizePlacer
 from .pose.on_plane import PlanePlacer
@@ -130,6 +130,7 @@ class Recognizer:
         self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
         self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
         self._faces = {c: bool(of(FACING, calibrated=c)) for c in (True, False)}
+        self._goes_on = config.memory and config.profile == "default"
         self._remembers = {c: remembers(self._targets, config, [c]) for c in (True, False)}
         self._scene = Scene.of(config.scene)
         self._scene_camera: Camera | None = None
@@ -203,19 +204,30 @@ class Recognizer:
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
         with watch.stage("pose"):
-            whole: list[tuple[tuple[Detection, ...], Sequence[Rejection]]] = []
+            whole: list[StageResult] = []
             whole += [self._facing.recognize(frame, blobs)] if self._faces[calibrated] else []
             whole += [self._spatial.recognize(frame, blobs, recall)] if calibrated else []
-            for found, turned_down in whole:
-                detections, rejected = (*found, *detections), _joined(turned_down, rejected)
+            for found in whole:
+                detections, rejected = (*found.detections, *detections), _joined(found.rejected, rejected)
             detections, surplus = one_of_each(detections, self._models)
             detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
         rejected = _in_image(rejected if blobs else _joined(self._blobless(labels, frame.scene), rejected), frame.size)
         detections = self._classifier.classified(detections)
+        doubtful = Deferred(lambda: self._placed(tuple(d for found in whole for d in found.doubtful), frame))
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
         ended_by = tuple(name for name, hit in limits.items() if hit)
         waiting = recall.waiting if recall else 0
-        return FrameResult(frame.size, detections, rejected, watch.stop(), ended_by, labels, waiting, not blobs)
+        return FrameResult(
+            frame.size,
+            detections,
+            rejected,
+            watch.stop(),
+            ended_by,
+            labels,
+            waiting,
+            not blobs,
+            doubtful if self._goes_on else (),
+        )
 
     def _blobless(self, labels: NDArray[np.uint8], scene: Scene) -> Sequence[Rejection]:
         least_px, blank = self._config.min_blob_px, self._segmenter.blank

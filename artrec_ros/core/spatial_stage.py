@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 
 from .base.config import RecognizerConfig
 from .base.crew import Crew
@@ -12,7 +13,7 @@ from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
 from .memory.recall import Recall
-from .model.found import Detection, Rejection
+from .model.found import StageResult
 from .model.target import Target
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
@@ -20,7 +21,9 @@ from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .three_point_looks import ThreePointLooks
 from .turned_down import turned_down
+from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
+from .verdict.doubts import doubtful
 from .verdict.judge import Judge
 from .verdict.offers import Offers
 
@@ -37,15 +40,13 @@ class SpatialStage:
         self._three_points = ThreePointLooks(self._finders, self._judge, climb)
         self._describers = [Describer(f) for f in self._finders]
 
-    def recognize(
-        self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None
-    ) -> tuple[tuple[Detection, ...], Sequence[Rejection]]:
-        """Detections by target and score, and what was turned down, with reasons: worked out when looked at.
+    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None) -> StageResult:
+        """Detections by target and score, and what was turned down, with reasons.
 
         :param recall: what earlier frames say of this one, and where it is noted what this one says.
         """
         if not self._finders:
-            return (), ()
+            return StageResult()
         search = self._config.search
         judge = self._judge.in_one_frame()
         search_of = SpatialSearch(frame.hurried(search.search_share), judge, search, recall, self._crew)
@@ -60,9 +61,16 @@ class SpatialStage:
         told = offers.told(looks.candidates, (accepted, others), looks.again)
         for finder, mine in zip(self._finders, told.verdicts, strict=True):
             if recall is not None:
-                recall.accept(finder, mine, frame.camera)
+                in_doubt = Deferred(partial(self._doubts, finder, told.shared[1]))
+                recall.accept(finder, mine, frame.camera, in_doubt)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         verdicts = told.shared[0], told.surplus, told.shared[1]
-        return tuple(d for mine in told.detections for d in mine), Deferred(
-            lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))
+        return StageResult(
+            tuple(d for mine in told.detections for d in mine),
+            Deferred(lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))),
+            Deferred(lambda: doubtful(self._describers, self._judge, frame.unhurried(), blobs, told)),
         )
+
+    def _doubts(self, finder: WholeObjectFinder, others: Sequence[Verdict]) -> Iterator[Verdict]:
+        """Those of one target that are not told for they are not probable enough."""
+        return (v for v in others if v.claim.finder is finder and self._judge.doubts(v))

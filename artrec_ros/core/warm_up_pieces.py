@@ -179,16 +179,17 @@ def _plane() -> None:
 
 
 def _space() -> None:
-    detections, _ = SpatialStage((example().target,), example().config).recognize(example().frame, example().blobs)
-    assert detections, "the example is found, so that all of the method has run"
+    found = SpatialStage((example().target,), example().config).recognize(example().frame, example().blobs)
+    assert found.detections, "the example is found, so that all of the method has run"
 
 
 def _face() -> None:
     example_of, stage = example(), FacingStage((example().target,), example().config)
     image = np.repeat(example_of.frame.field.codes[..., None] * np.uint8(100), 3, axis=2)
     frame = replace(example_of.frame, calibration=None, image=image)
-    detections, _ = stage.recognize(frame, example_of.blobs)
-    assert detections, "the example is found, so that all of the method has run"
+    assert stage.recognize(frame, example_of.blobs).detections, (
+        "the example is found, so that all of the method has run"
+    )
 
 
 PIECES = {

@@ -154,9 +154,9 @@ def test_a_robot_to_which_a_blob_in_the_region_leads_is_refused_with_the_reason(
     region = SceneConfig(region=(border, 0.0, 640.0, 0.0, 640.0, 480.0, border, 480.0))
     blobs = find_blobs(labels, {fields.TEAM}, config)
     frame = ImageFrame(LabelField(labels), scene=Scene.of(region, None))
-    detections, rejected = FacingStage((target(),), config).recognize(frame, blobs)
-    assert len(detections) == 1 and detections[0].image.x > border
-    assert any(r.reason == "outside scene.region" and r.x < border for r in rejected)
+    seen = FacingStage((target(),), config).recognize(frame, blobs)
+    assert len(seen.detections) == 1 and seen.detections[0].image.x > border
+    assert any(r.reason == "outside scene.region" and r.x < border for r in seen.rejected)
 
 
 @pytest.mark.parametrize("placed", [True, False])

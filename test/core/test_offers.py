@@ -78,13 +78,13 @@ class Claim:
 def test_of_what_falls_other_candidates_stay_and_of_what_is_enough_those_that_are_told():
     once, other = Finder(), Finder()
     kept, surplus, fallen, stands = Claim(once, 1), Claim(once, 2), Claim(other, 7), Claim(other, 8)
-    told = Told([], [], [[kept], [fallen, stands]], ([], []), [surplus], [fallen])
+    told = Told([], [], [], [[kept], [fallen, stands]], ([], []), [surplus], [fallen])
     left = told.left([(once, at(1, 2, 3)), (other, at(5, 7, 8))])
     assert [(finder, poses.t[:, 0].tolist()) for finder, poses in left] == [(once, [1]), (other, [5, 8])]
 
 
 def test_what_one_round_tells_the_next_may_not_give_up():
     one = Finder()
-    first = Told([], [], [[Claim(one, 1), gone := Claim(one, 2)]], ([], []), [], [gone])
+    first = Told([], [], [], [[Claim(one, 1), gone := Claim(one, 2)]], ([], []), [], [gone])
     for places, keeps in (((1, 3), True), ((3, 4), False)):
-        assert Told([], [], [[Claim(one, place) for place in places]], ([], []), [], []).keeps(first) == keeps
+        assert Told([], [], [], [[Claim(one, place) for place in places]], ([], []), [], []).keeps(first) == keeps

@@ -330,6 +330,12 @@ def test_a_cylinder_of_one_colour_is_as_wide_as_its_prism_in_the_mean(tmp_path: 
         assert any((np.abs(b.T_component_box.inverse().apply(point[None])) <= b.size / 2).all() for b in can.bodies)
 
 
+def test_an_only_component_is_the_required_one(tmp_path: Path) -> None:
+    path = tmp_path / "ball.yaml"
+    path.write_text("format: artrec_object/1\nname: ball\ncomponents:\n  ball: {ball: {radius: 0.02}}\n")
+    assert load_object(path).required.name == "ball"
+
+
 def test_a_ball_of_one_colour_is_a_disc_as_large_as_it(tmp_path: Path) -> None:
     part = {"label": 4, "ball": {"radius": 0.03, "xyz": [0.1, 0, 0]}, "required": True}
     model = load_object(

@@ -318,10 +318,24 @@ class Rejection:
 
 
 @dataclass(frozen=True)
+class StageResult:
+    """What one stage of the method finds in one image.
+
+    :param rejected, doubtful: as of `FrameResult`.
+    """
+
+    detections: tuple[Detection, ...] = ()
+    rejected: Sequence[Rejection] = ()
+    doubtful: Sequence[Detection] = ()
+
+
+@dataclass(frozen=True)
 class FrameResult:
     """All that was recognised in one image.
 
     :param rejected: worked out when it is first looked at.
+    :param doubtful: candidates that are not probable enough to be told: what is known from frames before may go on in
+        one. Worked out when it is first looked at.
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param waiting: blobs that were searched in an earlier frame, and wait their turn to be searched again.
     :param blobless: no blob was left to look at; `rejected` says why, where there was something to see.
@@ -336,6 +350,7 @@ class FrameResult:
     labels: NDArray[np.uint8] | None = field(default=None, repr=False, compare=False)
     waiting: int = 0
     blobless: bool = False
+    doubtful: Sequence[Detection] = field(default=(), repr=False, compare=False)
 
     @property
     def complete(self) -> bool:

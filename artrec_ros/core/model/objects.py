@@ -247,7 +247,10 @@ class ObjectModel:
         if len(set(names)) != len(names):
             raise ConfigError(f"object '{self.name}': two components have the same name")
         if sum(c.required for c in self.components) != 1:
-            raise ConfigError(f"object '{self.name}': exactly one component must be required (the group grows from it)")
+            raise ConfigError(
+                f"object '{self.name}': exactly one component must be required: give one "
+                "'required: true', which is seen best"
+            )
         seen: set[str] = set()
         for c in self.components:
             if c.joint is not None and c.joint.parent not in seen:

@@ -73,8 +73,10 @@ class Existence:
         """
         before, elsewhere = log_odds(self.probability), np.zeros(len(new), bool) if elsewhere is None else elsewhere
         new = np.where(elsewhere, 0.0, new)
-        said, weight = log_odds(scores) + config.found_again * new, 1 - config.memory * (1 - new)
-        known = config.memory * before + weight * said
+        said, still = log_odds(scores), 1 - config.memory
+        again = (still + config.memory * new) * (said + config.found_again * new)
+        # what says little says no less of what moves: it may be all that such an object ever shows
+        known = config.memory * before + np.maximum(again, still * said)
         known = np.where(elsewhere, np.maximum(known, before), known)
         return Existence.of(np.maximum(_probability(known), newcomers(scores, 1.0, age_s, config)))
 

@@ -14,7 +14,6 @@ from copy import deepcopy
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
 
 from ..base.config import TrackingConfig
 from ..base.deferred import Deferred
@@ -27,9 +26,10 @@ from .doubles import Places, leaps
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
+from .matching import assign, matched
 from .motion import Flags, MotionModel
-from .names import Numbers, identified, remembered, same_by_name, same_name
-from .sightings import Sightings, agreement, sizes_of
+from .names import Numbers, identified, remembered, same_by_name
+from .sightings import Sightings, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
@@ -99,9 +99,10 @@ class Tracker:
 
     def _follow(self, stamp_ns: int, result: FrameResult, frame_id: str) -> FrameResult:
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
+        sure = len(result.detections)
+        result, row_of, odds = self._matched(result)
         found = result.detections
-        sightings = Sightings.of(found, self._sizes, self._config.sightings)
-        row_of, odds = self._match(found, sightings, result.size)
+        sightings = self._sightings(found)
         strangers = np.array([d.there for n, d in enumerate(found) if n not in row_of])
         goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
@@ -113,7 +114,7 @@ class Tracker:
         self._tracks = followed(
             self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
         )
-        new = [n for n in range(len(found)) if n not in row_of]
+        new = [n for n in range(sure) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
         alone = np.array([found[n].there for n in new])
         single = first or other or not self._in_doubt
@@ -125,7 +126,7 @@ class Tracker:
         # as a body does its joints begin anew
         anew = {row for row in by_row if self._tracks.times[row] == 1 and not self._tracks.strange[row]}
         self._joints = self._joints.without(anew).seen(by_row, dt_s, self._motion, self._units, self._config)
-        return self._told(result, row_of)
+        return self._told(result, row_of, sure)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
@@ -153,22 +154,22 @@ class Tracker:
             rows = np.flatnonzero(kept).tolist()
             self._tracks, self._joints = self._tracks[rows], self._joints.of_rows(rows)
 
-    def _match(
-        self, found: Sequence[Detection], sightings: Sightings, size: tuple[int, int]
-    ) -> tuple[dict[int, int], Array]:
-        """Row of the track that each detection continues, and (T,) the odds of those that are; 0 for others."""
-        tracks, names = self._tracks, np.array([d.object for d in found])
-        matched = np.zeros(len(tracks))
-        if not len(tracks) or not found:
-            return {}, matched
-        odds = agreement(
-            sightings, tracks, names[:, None] == np.array(tracks.names), float(size[0] * size[1]), self._config
-        )
-        odds *= same_name([d.identity for d in found], tracks.identities, self._config.sightings.misnamed)
-        cost = -2 * np.log(np.maximum(odds * tracks.existence.probability, 1e-300))
-        row_of = _assign(cost)
-        matched[list(row_of.values())] = [odds[n, row] for n, row in row_of.items()]
-        return row_of, matched
+    def _matched(self, result: FrameResult) -> tuple[FrameResult, dict[int, int], Array]:
+        """A result with those doubtful ones behind its detections in which tracks go on that nothing else continues;
+        row of the track that each of them continues; and (T,) the odds of those that are, 0 for others."""
+        tracks, area_px = self._tracks, float(result.size[0] * result.size[1])
+        row_of, odds = matched(tracks, result.detections, self._sightings(result.detections), area_px, self._config)
+        lost = np.flatnonzero(odds == 0).tolist()
+        if not (lost and self._in_doubt and len(result.doubtful)):
+            return result, row_of, odds
+        doubtful = tuple(result.doubtful)
+        again, odds[lost] = matched(tracks[lost], doubtful, self._sightings(doubtful), area_px, self._config)
+        row_of |= {len(result.detections) + k: lost[row] for k, row in enumerate(again.values())}
+        detections = *result.detections, *(doubtful[n] for n in again)
+        return replace(result, detections=detections), row_of, odds
+
+    def _sightings(self, found: Sequence[Detection]) -> Sightings:
+        return Sightings.of(found, self._sizes, self._config.sightings)
 
     def _leapt(
         self, found: Sequence[Detection], s: Sightings, row_of: Mapping[int, int], dt_s: float
@@ -180,7 +181,7 @@ class Tracker:
             return {}
         there = Places.found([found[n].object for n in new], s[new])
         apart = leaps(there, self._tracks[lost], self._sizes, dt_s, self._config.sightings)
-        return {new[n]: lost[k] for n, k in _assign(apart - 1).items()}
+        return {new[n]: lost[k] for n, k in assign(apart - 1).items()}
 
     def _doubles(self, here: Sequence[int]) -> set[int]:
         """Tracks in the places of those that are seen, where one of both is young: who have stood side by side for a
@@ -203,7 +204,7 @@ class Tracker:
         if not other:
             return result, sightings
         found = tuple(other.get(n, d) for n, d in enumerate(result.detections))
-        return replace(result, detections=found), Sightings.of(found, self._sizes, self._config.sightings)
+        return replace(result, detections=found), self._sightings(found)
 
     def _goes_on(self, odds: Array, new: Array, dt_s: float) -> tuple[float, bool]:
         """The probability that the frame goes on from the one before, and whether it is surely another scene: something
@@ -224,14 +225,18 @@ class Tracker:
             return 1.0, False
         return probability, bool(just_seen.any()) and not odds.any()
 
-    def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
-        """What is told, with names; tracks that have given theirs away are forgotten."""
+    def _told(self, result: FrameResult, row_of: dict[int, int], sure: int) -> FrameResult:
+        """What is told, with names; tracks that have given theirs away are forgotten.
+
+        :param sure: so many of the detections are told, if they are likely by now; of others none is: they may be
+            something else in the places of what is known.
+        """
         found, least = result.detections, self._config.existence.least
         likely = self._tracks.existence.probability.tolist()
         told = [
             n
             for n in sorted(row_of)
-            if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].there)
+            if n < sure and (not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= least)
         ]
         given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
         self._name([row_of[n] for n in told])
@@ -244,13 +249,13 @@ class Tracker:
         # who was alone and has been lost has given the id away
         gone = here | given_away | self._doubles(sorted(here))
         away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
-        expected = teller.expected(away)
+        expected = teller.expected([*away, *(row for n, row in row_of.items() if n >= sure)])
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True
         self._keep(kept)
-        waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told))]
+        waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told)) if n < sure]
         rejected = Deferred(lambda: (*waits, *result.rejected)) if waits else result.rejected
-        return replace(result, detections=(*seen, *expected), rejected=rejected)
+        return replace(result, detections=(*seen, *expected), rejected=rejected, doubtful=())
 
     def _find_again(self, here: set[int], told: Sequence[int]) -> set[int]:
         """Who is told of for the first time, and has the name of an object that is not seen where it should be, is this
@@ -269,7 +274,7 @@ class Tracker:
         there = tracks.existence.probability
         named_by_now = identified(tracks.names, fits, known, there, self._config.sightings.misnamed)
         same = same_by_name(tracks.names, named_by_now, there, new, lost)
-        found = {new[n]: lost[k] for n, k in _assign(_SAME - same).items()}
+        found = {new[n]: lost[k] for n, k in assign(_SAME - same).items()}
         for row, before in found.items():
             ids[row], ids[before] = ids[before], None
             fits[row], fits[before] = remembered(fits[row], fits[before], memory), None
@@ -302,9 +307,3 @@ def _waiting(detection: Detection, likely: float, least: float) -> Rejection:
     """Why an object that is found is not told yet."""
     reason = too_low(likely, least, "one that is seen again is told", by=" by all images so far")
     return Rejection(detection.object, reason, likely, detection.image.x, detection.image.y)
-
-
-def _assign(cost: Array) -> dict[int, int]:
-    """Row -> column, each once, so that the pairs' sum is least; pairs that are not below 0 stay apart."""
-    rows, columns = linear_sum_assignment(np.minimum(cost, 0.0))
-    return {int(r): int(c) for r, c in zip(rows, columns, strict=True) if cost[r, c] < 0}

@@ -30,17 +30,14 @@ def without_surplus(
 
 def enough_of(
     detections: Sequence[Detection], finder: WholeObjectFinder, judge: Judge
-) -> tuple[list[Detection], list[Rejection]]:
-    """Those of one target that are told, the most probable first, and why the others are not."""
+) -> tuple[list[Detection], list[Detection], list[Rejection]]:
+    """Those of one target that are told, the most probable first; the others; and why they are not."""
     ordered = sorted(detections, key=lambda d: -d.score)
     lacking = [_lack(d, finder, judge) for d in ordered]
     told = [d for d, lack in zip(ordered, lacking, strict=True) if lack is None]
-    reasons = [
-        Rejection(d.object, lack, d.score, d.image.x, d.image.y)
-        for d, lack in zip(ordered, lacking, strict=True)
-        if lack is not None
-    ]
-    return [d if d.id == n else replace(d, id=n) for n, d in enumerate(told)], reasons
+    others = [(d, lack) for d, lack in zip(ordered, lacking, strict=True) if lack is not None]
+    reasons = [Rejection(d.object, lack, d.score, d.image.x, d.image.y) for d, lack in others]
+    return [d if d.id == n else replace(d, id=n) for n, d in enumerate(told)], [d for d, _ in others], reasons
 
 
 def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:

@@ -31,6 +31,7 @@ class Judge:
     :param min_votes: least votes of a claim. :param min_probability: least probability of an object.
     :param min_components: least components that the labels confirm; no more than there are.
     :param reach: where objects are looked for.
+    :param least_known: the same of one that is known from frames before.
     :param unseen: whether an object whose required component cannot be seen is told. Its pixels it owns in any case:
         they are no other's.
     :param asked: what `trust_and_place` was asked before, of one frame; None: it does not note it.
@@ -41,6 +42,7 @@ class Judge:
     min_components: int = 0
     reach: Reach = Reach()
     unseen: bool = False
+    least_known: float = 0.0
     asked: dict[tuple[int, int, bytes], tuple[LabelField, tuple[float, bool]]] | None = None
 
     @classmethod
@@ -51,7 +53,13 @@ class Judge:
             config.min_components,
             Reach.of(config),
             config.required == "visible",
+            min(config.verdict.least_known, config.min_probability),
         )
+
+    @property
+    def lenient(self) -> Judge:
+        """The same of candidates for what is known from frames before."""
+        return replace(self, min_probability=self.least_known, asked=None)
 
     def verdicts(
         self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None
@@ -138,6 +146,15 @@ class Judge:
         if objection is None and verdict.stand_in is not None:
             return f"what would be its required component looks more like {verdict.stand_in}"
         return objection
+
+    def doubts(self, verdict: Verdict) -> bool:
+        """Whether an object is not told for it is not probable enough, and for nothing else, but may be one that is
+        known from frames before."""
+        return self.is_low(verdict.probability) and self.lenient.reason(verdict) is None
+
+    def is_low(self, probability: float) -> bool:
+        """Whether a probability is enough for what is known from frames before, but not alone."""
+        return self.least_known <= probability < self.min_probability
 
     def _objection(self, verdict: Verdict) -> str | None:
         """Why a claim is no object, as far as that is known at once; None where it is one."""

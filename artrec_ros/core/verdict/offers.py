@@ -32,12 +32,14 @@ Shared = tuple[Sequence[Verdict], Sequence[Verdict]]
 class Told:
     """What is told of a frame.
 
-    :param detections: of each target. :param doubtful: why others are not. :param verdicts: of each target those on its
-        objects. :param shared: as of `share_out`. :param surplus: verdicts on objects of which there are enough.
+    :param detections: of each target. :param others: that are not told. :param doubtful: why.
+    :param verdicts: of each target those on its objects. :param shared: as of `share_out`.
+    :param surplus: verdicts on objects of which there are enough.
     :param fallen: verdicts on those that are not told by what is told of them.
     """
 
     detections: Sequence[Sequence[Detection]]
+    others: Sequence[Detection]
     doubtful: Sequence[Rejection]
     verdicts: Sequence[Sequence[Verdict]]
     shared: Shared
@@ -120,19 +122,16 @@ class Offers:
 
     def _once(self, shared: Shared) -> Told:
         told, surplus, objects = without_surplus(self.describers, shared[0], self.frame, self.judge)
-        detections, doubtful, fallen = list[Sequence[Detection]](), list[Rejection](), list[Verdict]()
+        detections, fallen = list[Sequence[Detection]](), list[Verdict]()
+        others, doubtful = list[Detection](), list[Rejection]()
         for describer, mine in zip(self.describers, told, strict=True):
             described = describer.describe(mine, self.frame, objects, self.blobs)
-            sure, in_doubt = enough_of(described, describer.finder, self.judge)
+            sure, unsure, reasons = enough_of(described, describer.finder, self.judge)
             detections.append(sure)
-            doubtful += in_doubt
-            fallen += _behind(mine, [d for d in described if _is_none_of(d, sure)])
-        return Told(detections, doubtful, told, shared, surplus, fallen)
-
-
-def _is_none_of(detection: Detection, told: Sequence[Detection]) -> bool:
-    """Whether it is not told: those that are have another number."""
-    return not any(d.pose is detection.pose for d in told)
+            others += unsure
+            doubtful += reasons
+            fallen += _behind(mine, unsure)
+        return Told(detections, others, doubtful, told, shared, surplus, fallen)
 
 
 def _behind(verdicts: Sequence[Verdict], detections: Sequence[Detection]) -> list[Verdict]:

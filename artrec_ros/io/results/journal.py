@@ -136,7 +136,7 @@ def _parsed(line: str) -> tuple[int, Recognised]:
 
 def _packed(value: Any) -> Any:
     if isinstance(value, FrameResult):
-        value = dataclasses.replace(value, labels=None, rejected=tuple(value.rejected))
+        value = dataclasses.replace(value, labels=None, rejected=tuple(value.rejected), doubtful=tuple(value.doubtful))
     if dataclasses.is_dataclass(value):
         fields = {f.name: _packed(getattr(value, f.name)) for f in dataclasses.fields(value)}
         return {"type": type(value).__name__, **fields}

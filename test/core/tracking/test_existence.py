@@ -8,6 +8,7 @@ from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig
+from artrec_ros.core.base.deferred import Deferred
 from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace, Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
@@ -84,7 +85,7 @@ def test_a_withheld_newcomer_takes_no_number():
 
 @pytest.mark.parametrize("score", [0.05, 0.41, 0.6, 0.9, 1.0])
 def test_the_first_frame_counts_as_a_single_one(score):
-    (first,) = told([[at(0.0, score)]])
+    (first,) = told([[at(0.0, score)]], TrackingConfig().telling_from(score))
     assert first[0].score == score
 
 
@@ -160,6 +161,37 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
     seen = [[at(0.02 * k, score)] for k in range(40)]
     last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
     assert min(last) > 0.97
+
+
+@pytest.mark.parametrize("step", [0.0, 0.001, 0.002, 0.004, 0.02])
+def test_what_frames_agree_on_is_believed_as_much_as_by_one_however_slowly_it_moves(step):
+    seen = [[at(step * k, 0.3)] for k in range(60)]
+    config = TrackingConfig().telling_from(0.2)
+    last = [d[0].score for d in told(seen, config, targets=[Target("red", robot(), TEAM)])[30:]]
+    assert min(last) > 0.28
+
+
+def test_a_candidate_in_its_place_that_is_not_told_is_no_miss():
+    """An object in doubt, of which every other frame says too little to tell it, and every other one enough."""
+    tracker, both = Tracker(TrackingConfig()), list[list[bool]]()
+    missing = Tracker(TrackingConfig())
+    for k in range(60):
+        enough = k % 2 == 0
+        found = frame(at(0.01 * k, 0.45)) if enough else replace(frame(), doubtful=(at(0.01 * k, 0.35),))
+        without = replace(found, doubtful=())
+        told = [bool(t.update(START + k * PERIOD, f).detections) for t, f in ((tracker, found), (missing, without))]
+        both += [told] if enough else []
+        assert enough or told == [False, False]
+    assert sum(new for new, _ in both[5:]) == 25 and sum(old for _, old in both[5:]) < 5
+
+
+def test_a_doubtful_candidate_elsewhere_is_nobody_and_looked_at_only_where_somebody_is_missed():
+    tracker, asked = Tracker(TrackingConfig()), list[int]()
+    for k in range(10):
+        doubtful = Deferred(lambda k=k: asked.append(k) or (at(0.8, 0.35),))
+        found = replace(frame(at(0.0)) if k != 7 else frame(), doubtful=doubtful)
+        assert len(tracker.update(START + k * PERIOD, found).detections) == (k != 7)
+    assert asked == [7]
 
 
 @pytest.mark.parametrize("whole", [0, 10])

@@ -27,6 +27,15 @@ class VerdictConfig(Room):
         origin="what a pixel of rim is of a square of 20; real robots of three teams whose patches bear each other's "
         "colours: 9 objects told on others in 30 images -> 0; crowds of quadrupeds, 360 images: false 4 -> 1",
     )
+    least_known: float = param(
+        0.1,
+        "probability from which an object that is known from images before may go on in a candidate that one image "
+        "alone does not tell",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+        origin="a quarter of what one image tells: less likely ones are mostly clutter",
+    )
     told_agree: float = param(
         0.2,
         "least share of a marker's pixels with its label for its component to be told where votes speak for it, "

@@ -1,0 +1,32 @@
+"""Candidates that an image alone does not tell, for they are not probable enough, as they would be told: an object that
+is known from images before may go on in one."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from ..image.blobs import Blob
+from ..image.image_frame import ImageFrame
+from ..model.found import Detection
+from .descriptions import Describer
+from .judge import Judge
+from .offers import Told
+
+_MOST = 3  # are described of each object, the most probable: what an image is full of is clutter
+
+
+def doubtful(
+    describers: Sequence[Describer], judge: Judge, frame: ImageFrame, blobs: Sequence[Blob], told: Told
+) -> Iterator[Detection]:
+    """Those of a frame, in which nothing but how probable they are speaks against them.
+
+    :param told: what is told of it. :param blobs: in which what objects lack may be.
+    """
+    objects = [v for mine in told.verdicts for v in mine]
+    for describer in describers:
+        name = describer.finder.target.name
+        yield from (d for d in told.others if d.object == name and judge.is_low(d.there))
+        others = [v for v in told.shared[1] if v.claim.finder is describer.finder and judge.doubts(v)]
+        for verdict in sorted(others, key=lambda v: -v.probability)[:_MOST]:
+            described = describer.describe([verdict], frame, [*objects, verdict], blobs)
+            yield from (d for d in described if judge.is_low(d.there))

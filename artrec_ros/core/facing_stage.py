@@ -11,7 +11,7 @@ from functools import partial
 from .base.config import RecognizerConfig
 from .base.deferred import Deferred
 from .facing_search import FacingSearch
-from .from_above import FromAbove, in_image, rejection_in_image, within
+from .from_above import FromAbove, back_in_image, within
 from .geometry.range_limits import ScaleLimits, scale_limits
 from .image.blobs import Blob
 from .image.codes import LABELS, Codes
@@ -57,14 +57,14 @@ class FacingStage:
             return StageResult()
         view = self._from_above.view(frame)
         if view is None:
-            return self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
-        found = self._recognize(*self._from_above.seen(frame, view), scale_limits(self._config, None))
-        told, beyond = within(in_image(found.detections, view), self._judge.reach, frame.calibration)
-        return StageResult(
-            told,
-            Deferred(lambda: (*beyond, *(rejection_in_image(r, view) for r in found.rejected))),
-            Deferred(lambda: within(in_image(found.doubtful, view), self._judge.reach, frame.calibration)[0]),
-        )
+            found = self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
+        else:
+            seen = self._from_above.seen(frame, view)
+            found = back_in_image(self._recognize(*seen, scale_limits(self._config, None)), view)
+        reach = self._judge.reach
+        told, beyond = within(found.detections, reach, frame.calibration)
+        rejected = Deferred(lambda: (*beyond, *found.rejected)) if beyond else found.rejected
+        return StageResult(told, rejected, Deferred(lambda: within(found.doubtful, reach, frame.calibration)[0]))
 
     def _recognize(self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> StageResult:
         """As `recognize`, in a frame whose camera objects face."""

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from .base.config import RecognizerConfig
+from .base.deferred import Deferred
 from .geometry.camera import Camera
 from .geometry.range_limits import scale_limits
 from .geometry.scene import Scene
@@ -18,7 +19,7 @@ from .image.blobs import Blob, centres, find_blobs
 from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.found import Detection, ImagePose, Instance, Missing, OtherPlace, Rejection
+from .model.found import Detection, ImagePose, Instance, Missing, OtherPlace, Rejection, StageResult
 from .verdict.reach import Reach
 
 _HALVINGS = 9  # of the way to what is behind the camera: farther than a hundred images off nobody looks
@@ -50,6 +51,15 @@ class FromAbove:
         blobs = find_blobs(field.labels, self._labels, self._config, deadline=frame.deadline)
         inside = view.scene.inside(centres(blobs)) if blobs else np.zeros(0, bool)
         return above, tuple(b for b, yes in zip(blobs, inside, strict=True) if yes)
+
+
+def back_in_image(found: StageResult, view: TopView) -> StageResult:
+    """What was found in a view, as the image shows it."""
+    return StageResult(
+        in_image(found.detections, view),
+        Deferred(lambda: (_rejection_in_image(r, view) for r in found.rejected)),
+        Deferred(lambda: in_image(found.doubtful, view)),
+    )
 
 
 def in_image(detections: Sequence[Detection], view: TopView) -> tuple[Detection, ...]:
@@ -128,7 +138,6 @@ def within(
     return tuple(d for d, why in both if why is None), others
 
 
-def rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:
-    """The same of what was turned down."""
+def _rejection_in_image(rejection: Rejection, view: TopView) -> Rejection:
     x, y = view.in_image(_before_camera(np.array([[rejection.x, rejection.y]]), view))[0].tolist()
     return replace(rejection, x=x, y=y)

@@ -109,6 +109,16 @@ def test_with_a_calibration_limits_of_the_range_are_limits_of_the_search(monkeyp
     assert tuple(searched[-1]) == pytest.approx((660 / 2.5, 660 / 1.5))
 
 
+def test_limits_of_the_range_refuse_where_a_calibration_tells_it_alone():
+    camera = Camera(np.array([[660.0, 0, SIZE[0] / 2], [0, 660.0, SIZE[1] / 2], [0, 0, 1]]), np.zeros(5), SIZE)
+    image, found = rendered(Placing(75.2, 60.4, 0.3, 330.0)), []
+    plane = PlaneConfig((0.0, 0.0, 100.0, 0.0, 100.0, 100.0, 0.0, 100.0), (0.0, 0.3, 0.3, 0.3, 0.3, 0.0, 0.0, 0.0))
+    for far_m in (1.0, 3.0):  # it is 2 m away
+        engine = recognizer(robot(), max_range_m=far_m, scene=SceneConfig(plane=plane))
+        found.append([len(engine.recognize(image, known).detections) for known in (None, camera)])
+    assert found == [[1, 0], [1, 1]]
+
+
 @pytest.mark.parametrize("scale", [210.0, 330.0, 500.0, 760.0])
 def test_large_and_small(robots, scale):
     rng = np.random.default_rng(int(scale))

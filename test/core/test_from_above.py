@@ -5,11 +5,11 @@ from dataclasses import replace
 import numpy as np
 
 from artrec_ros.core.base.config import PlaneConfig, SceneConfig
-from artrec_ros.core.from_above import in_image, rejection_in_image
+from artrec_ros.core.from_above import back_in_image, in_image
 from artrec_ros.core.geometry.range_limits import ScaleLimits
 from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.top_view import TopView
-from artrec_ros.core.model.found import Detection, ImagePose, Missing, OtherPlace, Rejection
+from artrec_ros.core.model.found import Detection, ImagePose, Missing, OtherPlace, Rejection, StageResult
 
 SIZE, HEIGHT_M, FOCAL_PX, DOWN = (640, 480), 0.3, 300.0, np.radians(20.0)
 MARKS = np.array([[0.5, 0.2], [0.5, -0.2], [2.0, 0.6], [2.0, -0.6]])
@@ -39,7 +39,8 @@ def test_what_is_behind_the_camera_is_told_beyond_the_border() -> None:
     (told,) = in_image([Detection("toy", 0, 0.9, ImagePose(*behind, 0.1, 40.0), (), missing=missing)], view)
     near, far = told.missing
     np.testing.assert_allclose((near.x, near.y), view.in_image(np.array([before]))[0])
-    for place in (far, told.image, rejection_in_image(Rejection("toy", "too few", 0.1, *behind), view)):
+    (refused,) = back_in_image(StageResult((), (Rejection("toy", "too few", 0.1, *behind),)), view).rejected
+    for place in (far, told.image, refused):
         assert np.isfinite((place.x, place.y)).all() and place.y > SIZE[1]
     assert np.isfinite((told.image.theta, told.image.scale)).all()
 

@@ -97,9 +97,11 @@ class Recall:
     ) -> None:
         """What is told of a target in this frame. What is not seen is forgotten where something new is in its place.
 
-        :param doubtful: what is not, for it is not probable enough: what was known goes on in it.
+        :param doubtful: what is not, for it is not probable enough: what was known goes on in it, and what moves is
+            searched again in the next frame, which may say more.
         """
-        before, told, new = list(self.known(finder.target.name)), [], []
+        name = finder.target.name
+        before, told, new = list(self.known(name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
             old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
             if old is None:
@@ -108,18 +110,20 @@ class Recall:
             else:
                 before.remove(old)
                 told.append(self._goes_on(old, verdict, finder))
-        for verdict in doubtful if before else ():
+        for verdict in doubtful:
             old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
             if old is not None:
                 before.remove(old)
                 told.append(self._goes_on(old, verdict, finder))
+            if name in self._turns:
+                self._turns[name].doubt(*finder.required.discs(camera, verdict.claim.poses))
         lost = [
             k
             for k in sorted(before, key=lambda k: -k.seen_s)
             if self.clock_s - k.seen_s <= self.config.gone_s
             and not any(finder.required.is_over(camera, k.at(self.clock_s), poses).any() for poses in new)
         ]
-        self._known[finder.target.name] = (*told, *lost[: self.config.most_gone])
+        self._known[name] = (*told, *lost[: self.config.most_gone])
 
     def _goes_on(self, known: Known, verdict: Verdict, finder: WholeObjectFinder) -> Known:
         claim, endless = verdict.claim, finder.surface.kinematics.endless

@@ -35,6 +35,7 @@ class Turns:
         self._now, self._now_s = Looks.of(blobs, now_s), now_s
         self._same = before.same(self._now, config)
         self._before = before
+        self._moves = self._same < 0
         self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
         little = np.array([blob.area_px < config.little_px for blob in blobs], bool)
         self._vain_s = np.where(little, refresh_s, self._retry_s)
@@ -43,6 +44,7 @@ class Turns:
         old = np.flatnonzero(self._same >= 0)
         were = before[self._same[old]]
         self._at_s[old] = were.at_s
+        self._moves[old] = (np.abs(self._now[old].box - were.box)[:, :2] > config.grown_px).any(axis=1)
         grown = were.grown(self._now[old], config) & ~little[old]
         wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
         again_s = np.clip(2 * were.wait_s, self._vain_s[old], refresh_s)
@@ -98,6 +100,10 @@ class Turns:
         mine = np.isin(self._now.label, list(labels))
         inside = np.flatnonzero(mine & self._inside(places, radius_px).any(axis=1))
         return self._blobs[int(inside[self._now.least[inside, 2].argmax()])] if len(inside) else None
+
+    def doubt(self, places: Array, radius_px: Array) -> None:
+        """What blobs within some discs show is almost an object: those that move do not wait."""
+        self._wait_s[self._inside(places, radius_px).any(axis=1) & self._moves] = _SOON_S
 
     def hurry(self, places: Array, radius_px: Array, seen_s: float) -> None:
         """Blobs within some discs do not wait any longer: what they showed is gone. Those that were searched since that

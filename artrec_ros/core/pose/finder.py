@@ -82,9 +82,7 @@ class WholeObjectFinder:
         fine = kin.grids(self._search.fine_joint_step)
         self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
         step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
-        self._other_joints = OtherJoints(
-            self.surface, self.voter.value, step, most, plain, 1 - self._search.near_joints
-        )
+        self.other_joints = OtherJoints(self.surface, self.voter.value, step, most, plain, 1 - self._search.near_joints)
         self.bending = Bending(self)
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
@@ -203,19 +201,24 @@ class WholeObjectFinder:
         return Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
-        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""
-        for _ in range(self.surface.kinematics.n_joints):
-            if frame.deadline.expired:
-                break
-            others = self._other_joints.of(frame, best.poses, float(best.votes[0]))
+        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better than
+        it is after a climb: all of it may gain more on the way than a slender part brings."""
+        climbed = False
+        while self.surface.kinematics.n_joints and not frame.deadline.expired:
+            others = self.other_joints.of(frame, best.poses, float(best.votes[0]))
             found = self.fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
             found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
-                found = self.fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)
+                found = self._climbed_and_fitted(frame, found, climb)
+                if found.votes[0] > best.votes[0] and not climbed:
+                    best, climbed = self._climbed_and_fitted(frame, best, climb), True
             if not len(found) or found.votes[0] <= best.votes[0]:
                 break
             best = found
         return best
+
+    def _climbed_and_fitted(self, frame: ImageFrame, one: Ranked, climb: Climb) -> Ranked:
+        return self.fit_all(frame, self.climber.climb(frame, one, climb).poses).best(1, self._search)
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""

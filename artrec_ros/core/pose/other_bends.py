@@ -1,8 +1,9 @@
-"""Which of two mirrored bends a joint of a told pose has, and how probable the other one is.
+"""Which of two bends a joint of a told pose has, and how probable the other one is.
 
 A flat marker on a joint, bent from the camera by as much as towards it, looks almost the same: what `other_turns` says
 of whole objects holds of every limb. And near the bend at which its marker faces the camera, where none changes what is
-seen, no derivative tells how sure a joint is.
+seen, no derivative tells how sure a joint is. A slender part, too, may have come to rest beside its place while all of
+the object moved towards its own: where labels like it better, that is compared in the same way.
 """
 
 from __future__ import annotations
@@ -27,27 +28,34 @@ _LEAST_LEVER = 0.1  # of a turn across the line of sight: a joint that tips its 
 class Bends:
     """N poses, each with one joint bent the other way.
 
-    :param of: (N,) whose they are. :param joint: (N,).
+    :param of: (N,) whose they are. :param joint: (N,). :param apart: (N,) bends nearer to the one that is told are it.
     """
 
     poses: Poses
     of: NDArray[np.int64]
     joint: NDArray[np.int64]
+    apart: Array
 
     @property
     def q(self) -> Array:
         """(N,) of the joints that are bent."""
         return np.asarray(self.poses.q[np.arange(len(self.of)), self.joint], np.float64)
 
+    def and_(self, others: Bends) -> Bends:
+        """These, and then the others."""
+        poses = Poses.concatenate([self.poses, others.poses])
+        rows = zip((self.of, self.joint, self.apart), (others.of, others.joint, others.apart), strict=True)
+        return Bends(poses, *(np.append(mine, theirs) for mine, theirs in rows))
+
     def where(self, which: NDArray[np.bool_]) -> Bends:
         """Some of them. :param which: (N,)."""
-        return Bends(self.poses[np.flatnonzero(which)], self.of[which], self.joint[which])
+        return Bends(self.poses[np.flatnonzero(which)], self.of[which], self.joint[which], self.apart[which])
 
 
 def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, Array]:
     """H poses at rest on what the image shows, with those joints bent the other way where that is clearly likelier; and
     (H, J) by how much each joint's variance is greater because it may be so. Late, all stay as they are."""
-    more, bends = np.zeros(poses.q.shape), mirrored_bends(finder, frame, poses)
+    more, bends = np.zeros(poses.q.shape), other_bends(finder, frame, poses)
     if not len(bends.of):
         return poses, more
     config = finder.config.verdict
@@ -58,7 +66,8 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
     # what is likelier and yet not bent is what may be otherwise
     probability = np.where(turned & ~taken[bends.of, bends.joint], 1 - probability, probability)
-    more[bends.of, bends.joint] = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
+    doubt = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
+    np.maximum.at(more, (bends.of, bends.joint), doubt)
     return bent, more
 
 
@@ -91,14 +100,14 @@ def _carries(finder: WholeObjectFinder) -> NDArray[np.bool_]:
     return np.asarray(kin.moves[kin.carried].T, bool)
 
 
-def mirrored_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Bends:
-    """Poses with one joint bent so that its marker leans as far from the camera as it leant towards it, at rest on what
-    the image shows, with votes enough to be the true ones."""
-    if not len(finder.surface.tipped) or frame.deadline.expired:
-        return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int))
+def other_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Bends:
+    """Poses with one joint bent so that its marker leans as far from the camera as it leant towards it, or so that
+    labels like it better, at rest on what the image shows, with votes enough to be the true ones."""
+    if not finder.surface.kinematics.n_joints or frame.deadline.expired:
+        return _none(poses)
     frame = frame.unhurried()
     scores = finder.voter.judge(frame, poses, occlusion=True)
-    bends = _across(finder, poses, finder.voter.supported(scores))
+    bends = _across(finder, poses, finder.voter.supported(scores)).and_(_liked_better(finder, frame, poses, scores))
     if not len(bends.of):
         return bends
     least = finder.config.verdict.mirrored_votes * _own_votes(finder, scores[bends.of], bends)
@@ -159,8 +168,25 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
     of, joint = np.nonzero(np.isfinite(by))
     q = poses.q[of]
     q[np.arange(len(of)), joint] += by[of, joint]
-    bends = Bends(Poses(poses.R[of], poses.t[of], kin.bound(q)), of, joint)
+    bends = Bends(Poses(poses.R[of], poses.t[of], kin.bound(q)), of, joint, np.full(len(of), _LEAST_BEND))
     return bends.where(_apart(finder, poses, bends))
+
+
+def _liked_better(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Bends:
+    """Poses with one joint elsewhere, where that alone brings more votes: while all of an object moved towards its
+    place a slender part of little weight may have come to rest anywhere. :param scores: of H poses."""
+    votes, step, bends = finder.voter.total(scores), finder.config.search.fine_joint_step, _none(poses)
+    for h in range(len(poses)):
+        bent = finder.other_joints.of(frame, poses[h : h + 1], float(votes[h]))
+        if len(bent):
+            bent = bent[np.flatnonzero(finder.voter.votes(frame, bent, occlusion=True) > votes[h])]
+            joint = np.abs(bent.q - poses.q[h]).argmax(axis=1)
+            bends = bends.and_(Bends(bent, np.full(len(bent), h), joint, np.full(len(bent), step)))
+    return bends
+
+
+def _none(poses: Poses) -> Bends:
+    return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int), np.zeros(0))
 
 
 def _with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Poses:
@@ -184,7 +210,7 @@ def _off(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> Array:
 
 def _apart(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> NDArray[np.bool_]:
     """(N,) whose joint is elsewhere than it was."""
-    return np.asarray(np.abs(_off(finder, poses, bends)) > _LEAST_BEND)
+    return np.asarray(np.abs(_off(finder, poses, bends)) > bends.apart)
 
 
 def _own_votes(finder: WholeObjectFinder, scores: PatchScores, bends: Bends) -> Array:

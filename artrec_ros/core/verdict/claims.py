@@ -31,7 +31,8 @@ class Claim:
     :param votes: for all of it. :param scores: of these labels.
     :param full_px: (P,) pixels of each patch that would be seen if nobody owned any.
     :param frame: where it is said.
-    :param depth_m: of the required component, along the optical axis. :param scale: pixels per metre there.
+    :param depth_m: of the required component, along the optical axis; NaN: not known. :param scale: pixels per metre
+        there.
     :param misplaced: why nothing can be there, by what is known of the scene.
     """
 
@@ -109,6 +110,8 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
     anchors = finder.required.anchors(poses)
     depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
+    if finder.facing:  # that depth is a convention
+        depth_m = np.full(len(poses), np.nan)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
     known = _known(finder, frame, anchors)
     against = finder.alternatives.contradicted(frame, poses)

@@ -95,6 +95,22 @@ def look_at(turns, some):
         turns.explain(blob)
 
 
+@pytest.mark.parametrize(("step", "always"), [(4, True), (0, False)])
+def test_what_is_almost_an_object_waits_where_it_stands_still_alone(step, always):
+    looks, searched = NO_LOOKS, []
+    for k in range(12):
+        image = np.zeros((100, 400), np.uint8)
+        cv2.circle(image, (40 + step * k, 50), 10, 3, -1)
+        seen = find_blobs(image, {3}, DEFAULTS)
+        turns = Turns(seen, looks, k / 30, 1 / 30, 1.0, RecallConfig())
+        if not turns.waits(seen[0]):
+            turns.search(seen[0])
+            searched.append(k)
+        turns.doubt(np.array([[40.0 + step * k, 50.0]]), np.array([10.0]))
+        looks = turns.left()
+    assert (len(searched) == 12) == always and len(searched) >= 3
+
+
 def test_new_blobs_go_first():
     two, three = blobs(2), blobs(3)
     before = Turns(two, NO_LOOKS, 0.0, 1 / 30, 1.0, RecallConfig())

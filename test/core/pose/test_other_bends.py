@@ -13,9 +13,9 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose import other_bends
+from artrec_ros.core.pose import other_bends as module
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.other_bends import Bends, likelier_bends, mirrored_bends
+from artrec_ros.core.pose.other_bends import Bends, likelier_bends, other_bends
 from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
@@ -60,11 +60,11 @@ def test_near_by_the_right_one_is_told_whichever_was_found(q):
 
 def test_it_is_bent_across_the_line_of_sight_and_within_its_limits():
     finder, frame, at = seen(gate(), 1.5, 0.6, x=0.2)
-    bends = mirrored_bends(finder, frame, at)
+    bends = other_bends(finder, frame, at)
     sight = np.arctan2(0.2 + 0.21, 1.5)
     assert bends.joint.tolist() == [0] and bends.q[0] == pytest.approx(-0.6 - 2 * sight, abs=0.1)
     finder, frame, at = seen(gate(lower=0.0), FAR, 0.3)
-    bends = mirrored_bends(finder, frame, at)
+    bends = other_bends(finder, frame, at)
     assert (bends.q >= 0).all()
 
 
@@ -74,7 +74,19 @@ def test_what_does_not_tip_its_marker_has_none():
         frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
         finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
         told, more = likelier_bends(finder, frame, at)
-        assert told is at and not more.any() and not len(mirrored_bends(finder, frame, at).of)
+        assert told is at and not more.any() and not len(other_bends(finder, frame, at).of)
+
+
+@pytest.mark.parametrize("wrong", [-0.5, 0.0, 1.0])
+def test_what_labels_like_better_elsewhere_is_told_there(wrong):
+    model, joints = truck(), {"fore": 0.5, "hind": -0.4}
+    at = pose(0, 0, 1.0, 0.0, 0.0, model, joints)
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
+    finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+    found = at.q.copy()
+    found[0, model.joint_names.index("fore")] = wrong
+    told, _ = likelier_bends(finder, frame, Poses(at.R, at.t, found))
+    np.testing.assert_allclose(told.q, at.q, atol=0.03)
 
 
 def test_deviations_that_are_told_count_it_while_there_is_time():
@@ -105,11 +117,16 @@ def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch
     """Each bend brought with it what it carries; both together are a pose that nobody has judged."""
     finder, frame, at = seen(two_arms(), 1.5, 0.0)
     there = np.array([[0.5, -0.4, 0.1, 0.2], [0.1, 0.3, 0.0, 0.0], [0.0, 0.0, -0.6, 0.7]])  # each at rest by itself
-    bends = Bends(Poses(np.repeat(at.R, 3, 0), np.repeat(at.t, 3, 0), there), np.zeros(3, int), np.array([0, 1, 2]))
-    monkeypatch.setattr(other_bends, "mirrored_bends", lambda *_: bends)
+    bends = Bends(
+        Poses(np.repeat(at.R, 3, 0), np.repeat(at.t, 3, 0), there),
+        np.zeros(3, int),
+        np.array([0, 1, 2]),
+        np.full(3, 0.02),
+    )
+    monkeypatch.setattr(module, "other_bends", lambda *_: bends)
 
     def told(odds):
-        monkeypatch.setattr(other_bends, "bend_evidence", lambda *_: Said(np.array(odds)))
+        monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array(odds)))
         return likelier_bends(finder, frame, at)[0].q[0].tolist()
 
     assert told((3.0, 2.0, -3.0)) == [0.5, -0.4, 0.1, 0.2]
@@ -117,7 +134,7 @@ def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch
     assert told((3.0, -3.0, 2.0)) == [0.5, -0.4, -0.6, 0.7]  # arms do not carry each other
     assert told((-3.0, -3.0, -3.0)) == [0.0, 0.0, 0.0, 0.0]
     # the one that is not bent may be: its own evidence says so
-    monkeypatch.setattr(other_bends, "bend_evidence", lambda *_: Said(np.array((8.0, 9.0, -9.0))))
+    monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array((8.0, 9.0, -9.0))))
     poses, more = likelier_bends(finder, frame, at)
     assert poses.q[0].tolist() == [0.1, 0.3, 0.0, 0.0]
     np.testing.assert_allclose(more[0], [0.5**2, 0.0, 0.0, 0.0], rtol=1e-2)

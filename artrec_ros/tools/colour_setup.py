@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..core.base.config import ImageConfig, PlaneConfig
+from ..core.base.config import ClassConfig, ImageConfig, PlaneConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
@@ -23,6 +23,7 @@ class ColourSetup:
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param bodies: those of them that are of bodies alone.
     :param hidden: of the classes of other bodies alone, which axes do not show.
+    :param ranged: classes that the files give by ranges of hue, saturation and value, which stay as they are.
     :param plane: on which objects lie. :param camera: how images are smoothed and evened, and what is known of them.
     :param gamma_known: whether somebody has told their gamma.
     """
@@ -32,6 +33,7 @@ class ColourSetup:
     blank: tuple[int, ...]
     bodies: frozenset[str] = frozenset()
     hidden: Mapping[str, int] = field(default_factory=dict)
+    ranged: Mapping[str, ClassConfig] = field(default_factory=dict)
     plane: PlaneConfig = PlaneConfig()
     camera: ImageConfig = ImageConfig()
     gamma_known: bool = False
@@ -43,7 +45,7 @@ class ColourSetup:
 
 
 def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourSetup:
-    """From a node's parameter files; of their `image` only names and labels of classes, and what `_READ` lists,
+    """From a node's parameter files; of their `image` only names, labels and ranges of classes, and what `_READ` lists,
     are read.
 
     A class is named by `more` (name -> label), by `image.classes`, or by the object or component whose label it is.
@@ -54,7 +56,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
         *(name for name in more if name not in flat.get("image.classes", [])),
     ]
     kept = {k: v for k, v in flat.items() if k.split(".")[0] != "image" and not k.endswith(".constraint_file")}
-    kept |= {k: flat[k] for k in (*_READ, *(f"image.{name}.label" for name in classes)) if k in flat}
+    kept |= {k: flat[k] for k in (*_READ, *_of_classes(classes, flat)) if k in flat}
     kept |= {f"image.{name}.label": label for name, label in more.items()}
     kept |= {"image.classes": classes} if classes else {}
     if more and "objects" not in flat:  # what is known of the camera alone
@@ -64,6 +66,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     setup = setup_from_flat(kept, folder, source)
     named = {cls.label: name for name, cls in reversed(setup.image.classes.items())} | {n: k for k, n in more.items()}
     labels, hidden = dict[str, int](), dict[str, int]()
+    ranged = {name: cls for name, cls in setup.image.classes.items() if not cls.is_bare}
     on_markers = set[str]()
     for name, label, shown, body in _classes(setup.targets):
         name = named.setdefault(label, name)
@@ -73,11 +76,20 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
             )
         (labels if shown else hidden)[name] = label
         on_markers |= set() if body else {name}
-    hidden = {name: label for name, label in hidden.items() if name not in labels}
+    hidden = {name: label for name, label in hidden.items() if name not in {*labels, *ranged}}
+    labels = {name: label for name, label in labels.items() if name not in ranged}
     bodies = frozenset(labels) - on_markers
     image, plane = setup.image, setup.recognizer.scene.plane
     known = "image.gamma" in flat
-    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, plane, _camera(image), known)
+    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, ranged, plane, _camera(image), known)
+
+
+def _of_classes(names: Sequence[str], flat: Mapping[str, object]) -> Iterator[str]:
+    """Parameters of classes that are read: labels, and ranges of those without reference colours, which are learned
+    anew."""
+    for name in names:
+        ranges = () if flat.get(f"image.{name}.rgb") else ("hue", "saturation", "value")
+        yield from (f"image.{name}.{key}" for key in ("label", *ranges))
 
 
 def _camera(image: ImageConfig) -> ImageConfig:

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..io.base.whole_files import make_folder
 from ..io.images.cameras import load_camera
+from ..io.results.results import DETECTIONS_FILE
 from ..io.truth.reading import read_truth
 from .evaluation import table
 from .evaluation.comparison import Change, compare
@@ -36,7 +37,7 @@ the first one or --output. The pages need: pip install artrec_ros[report]
 
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser("evaluate", help="score replays against truth", description=__doc__, epilog=_EPILOG)
-    p.add_argument("results", metavar="DIR", nargs="+", type=path, help="folders that `artrec replay` wrote")
+    p.add_argument("results", metavar="DIR", nargs="+", type=_results, help="folders that `artrec replay` wrote")
     p.add_argument("--truth", required=True, type=path, metavar="PATH", help="truth.jsonl, a bag, or a COCO file")
     p.add_argument("--truth-topic", action="append", default=[], metavar="TOPIC",
                    help="of a bag: its PoseArray topics (default: those under /ground_truth/, or all)")  # fmt: skip
@@ -49,6 +50,12 @@ def add_parser(subparsers: Any) -> None:
     p.add_argument("--pictures", type=_count, default=60, metavar="N", help="overlays on the page, of each DIR (60)")
     p.add_argument("--no-page", action="store_true", help="write no page")
     p.set_defaults(run=run)
+
+
+def _results(text: str) -> Path:
+    """The folder of results that somebody names, be it by the file in it."""
+    given = path(text)
+    return given.parent if given.name == DETECTIONS_FILE and given.is_file() else given
 
 
 def run(args: argparse.Namespace) -> int:

@@ -74,7 +74,14 @@ def run(args: argparse.Namespace) -> int:
     check_output(args.output, [*args.sources, *args.annotations, *(args.params_file or ())], OF_COLOURS)
     setup = _setup(args)
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
+    if not labels:
+        raise ConfigError("all classes have ranges, which stay: there is nothing to learn")
     samples, told = _samples(args, labels, setup)
+    ranged = {} if setup is None else setup.ranged
+    for name, cls in ranged.items():
+        for shown in (name, f"label {cls.label}"):  # neither of another class nor background
+            samples.pop(shown, None)
+        say(f"Class '{name}' is not learned: its ranges are given, and stay")
     for name in lacking_bodies(samples, setup) if setup is not None else ():
         say(
             f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows; "
@@ -83,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
         samples.pop(name, None)
     check_samples(samples, labels)
     say(f"Choosing the colours of {len(labels)} classes from {sum(map(len, samples.values()))} pixels ...")
-    learned = learn_from(samples, told, labels, _DRAWS)
+    learned = learn_from(samples, told, labels, _DRAWS, ranged)
     save_colours(args.output, learned.image)
     scales = marked_scales(args.annotations, setup.targets) if setup is not None else np.zeros(0)
     print("\n".join(report(learned, setup.bodies if setup is not None else (), scales)))
@@ -168,6 +175,7 @@ def _marked(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup
     if setup is None:
         return [m.smaller_before() for m in load_regions(args.annotations, args.images)]
     names = {label: name for name, label in labels.items()}
+    names |= {cls.label: name for name, cls in setup.ranged.items()}
     plane = FieldPlane.of(setup.plane, None) if setup.plane.is_given else None  # a lens bends no outline by much
     return load_marked_objects(args.annotations, setup.targets, names, args.images, args.around, plane)
 

@@ -69,6 +69,11 @@ def test_the_command_prints_a_table_and_writes_metrics(truth, found, capsys):
     assert not (found / "report.html").exists()
 
 
+def test_the_file_of_detections_names_its_folder(truth, found, capsys):
+    assert main(["evaluate", str(found / "detections.jsonl"), "--truth", str(truth), "--no-page"]) == 0
+    assert metrics_of(found)["all"]["counts"]["right"] == 1 and "2 found, 1 false" in capsys.readouterr().out
+
+
 def test_truth_from_poses_in_a_bag(tmp_path, found, capsys):
     with BagWriter(tmp_path / "bag", "mcap") as bag:
         bag.write_camera("/camera_info", 5, CAMERA)

@@ -286,6 +286,39 @@ def test_axes_marked_for_training_are_enough(robots: Path, capsys) -> None:
     assert "unmarked" in capsys.readouterr().out
 
 
+def test_classes_that_have_ranges_stay_as_they_are_and_are_no_background(robots: Path, capsys) -> None:
+    def with_ranges(**ranges: str) -> None:
+        text = ROBOTS
+        for label, name in ((3, "red"), (2, "blue")):
+            text = text.replace(f"{name}: {{label: {label}", f"{name}: {{label: {label}{ranges.get(name, '')}")
+        (robots / "robots.yaml").write_text(text)
+
+    with_ranges(blue=", hue: [200.0, 250.0], saturation: [0.4, 1.0]")
+    assert learn_robots(robots) == 0
+    image = learned_image(robots)
+    assert labels_of(image) == {"blue": 2, "team": 1, "red": 3}
+    assert (
+        image.classes["blue"] == ClassConfig(2, hue=(200.0, 250.0), saturation=(0.4, 1.0)) and image.classes["red"].rgb
+    )
+    read = Segmenter(image).labels(cv2.imread(str(robots / "0.png")))
+    assert [(read[y : y + 10, x : x + 10] == label).mean() > 0.95 for y, x, label in (
+        (15, 13, 1), (35, 13, 3), (15, 53, 1), (35, 53, 2)
+    )] == [True] * 4  # fmt: skip
+    printed = capsys.readouterr()
+    assert "Class 'blue' is not learned: its ranges are given, and stay" in printed.out + printed.err
+
+
+def test_where_all_classes_have_ranges_nothing_is_learned(robots: Path, capsys) -> None:
+    classes = {
+        "red": "{label: 3, hue: [340, 20]}",
+        "blue": "{label: 2, hue: [200, 250]}",
+        "yellow": "{label: 1, hue: [40, 70]}",
+    }
+    text = ROBOTS.replace("[red, blue]", "[red, blue, yellow]").split("      red:")[0]
+    (robots / "robots.yaml").write_text(text + "".join(f"      {name}: {cls}\n" for name, cls in classes.items()))
+    assert learn_robots(robots) == 1 and "there is nothing to learn" in capsys.readouterr().err
+
+
 def test_objects_that_nobody_marked_are_told_of_and_left_out_with_around(robots: Path, capsys) -> None:
     """Half of the robots are not annotated: their colours would be learned as background."""
     coco = json.loads((robots / "coco.json").read_text())

@@ -171,7 +171,10 @@ def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Gen
     colours = _scaled(samples[name])
     colours = colours[np.linalg.norm(colours, axis=1) > 3 * image.noise]
     if len(colours) < max(_LEARNING.least_samples, len(samples[name]) / 10):
-        raise ConfigError(f"class '{name}': its pixels are too dark to name a colour")
+        raise ConfigError(
+            f"class '{name}': its pixels are too dark to name a colour; give its range "
+            f"instead, in the parameter file: image: {{{name}: {{value: [0.0, 0.2]}}}}"
+        )
     return _some(colours, _KEPT, rng)
 
 

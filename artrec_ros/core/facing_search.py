@@ -179,6 +179,8 @@ class FacingSearch:
         found, blob, swollen = found[near], blob[near], swollen[near]
         # fits of the contours where they are long enough: a grid is coarse there
         large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
+        if not len(large) and not len(limb):
+            return found, blob, most, swollen
         fitted = self._guesser.fitted(frame, found.poses[large])
         fitted = Poses.concatenate([fitted, self.finder.rest.fitted(frame, found.poses[limb])])
         found += with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))

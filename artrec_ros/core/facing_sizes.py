@@ -48,9 +48,12 @@ class FacingSizes:
 
         :param small: (H,) those for which sizes `matter`. :param limits: of the scale.
         """
+        found = with_joints(self._plain, frame, poses)
+        if not small.any() or frame.deadline.expired:
+            return found, np.zeros(len(poses), bool)
         smaller, there = self._smaller(frame, poses, limits)
-        less = np.flatnonzero(small & there & (not frame.deadline.expired))
-        found = with_joints(self._plain, frame, poses) + with_joints(self._swollen, frame, smaller[less])
+        less = np.flatnonzero(small & there)
+        found += with_joints(self._swollen, frame, smaller[less])
         best = first_of_each(np.concatenate([np.arange(len(poses)), less]), found.votes, 1)
         return found[best], best >= len(poses)
 
@@ -59,6 +62,8 @@ class FacingSizes:
 
         :param swollen: (H,) which look larger. :param do: takes a finder of markers that look so, and indices.
         """
+        if not swollen.any():  # as of most objects
+            return do(self._plain, np.arange(len(swollen)))
         return do(self._plain, np.flatnonzero(~swollen)) + do(self._swollen, np.flatnonzero(swollen))
 
     def larger(self, frame: ImageFrame, few: Ranked, climb: Climb) -> Ranked:

@@ -34,6 +34,7 @@ class Blob:
     :param normals: (n, 2) unit outward normals; zero where the contour doubles back on itself.
     :param cut: (n,) bool, points where not the blob but the image or an ignored rectangle ends: no evidence.
     :param area_px: pixels enclosed, holes included.
+    :param box: (2, 2) least and greatest x, y of its pixels.
     """
 
     label: int
@@ -42,6 +43,7 @@ class Blob:
     normals: Array
     cut: NDArray[np.bool_]
     area_px: float
+    box: NDArray[np.int64]
 
     @cached_property
     def polygon(self) -> NDArray[np.float32]:
@@ -51,12 +53,9 @@ class Blob:
     @cached_property
     def middle(self) -> Array:
         """(2,) of its contour, pixels."""
-        return np.asarray(self.contour.mean(axis=0), np.float64)
-
-    @cached_property
-    def box(self) -> NDArray[np.int64]:
-        """(2, 2) least and greatest x, y of its pixels."""
-        return np.array([self.pixels.min(axis=0), self.pixels.max(axis=0)], np.int64)
+        return np.asarray(
+            np.add.reduce(self.contour) / len(self.contour), np.float64
+        )  # its `mean` takes thrice as long
 
 
 def centres(blobs: Sequence[Blob]) -> Array:
@@ -158,9 +157,11 @@ def _outlined(
     first = [0, *accumulate(len(chain) for _, _, chain in found)]
     chains = np.concatenate([chain for _, _, chain in found])[:, 0]
     pixels, contour, normals, cut = outlines(chains, np.array(first), shape[1], shape[0], blank)
+    ends = [of.reduceat(pixels, first[:-1]) for of in (np.minimum, np.maximum)]
+    boxes = np.stack(ends, axis=1).astype(np.int64)
     return tuple(
-        Blob(label, pixels[i:j], contour[i:j], normals[i:j], cut[i:j], area)
-        for (area, label, _), i, j in zip(found, first, first[1:], strict=False)
+        Blob(label, pixels[i:j], contour[i:j], normals[i:j], cut[i:j], area, box)
+        for (area, label, _), box, i, j in zip(found, boxes, first, first[1:], strict=False)
     )
 
 

@@ -43,6 +43,8 @@ class FacingLimbs:
         """The best of each blob by the votes for a limb that may have made it and for the required component, and of
         which blob each is (H,)."""
         found, votes, of = [self._surface.no_poses], [np.zeros(0)], [np.zeros(0, np.int64)]
+        if not len(blobs):
+            return found[0], of[0]
         for c, guesser in self._guessers.items():
             mine = np.array([n for n, b in enumerate(blobs) if b.label in guesser.labels], np.int64)
             if not len(mine) or frame.deadline.expired:

@@ -30,6 +30,8 @@ class Resting:
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:
         """Fits to the contours of the markers used (H, M), or of all that the labels support."""
+        if not len(poses):
+            return poses
         supported = self._voter.supports(frame, poses) if used is None else used
         return self._fitted(frame, poses, supported)
 

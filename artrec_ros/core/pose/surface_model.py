@@ -205,6 +205,11 @@ class SpatialModel:
         return count, each
 
     @cached_property
+    def may_show(self) -> NDArray[np.bool_]:
+        """(C, 256) whether each component's markers may be of a class."""
+        return np.array([np.isin(np.arange(256), own) for own in self.labels])
+
+    @cached_property
     def root_others(self) -> Array:
         """(256,) how far each code is of a known class that is none of the required component's."""
         known = 1 - self.codes.share[:, [UNKNOWN, EMPTY, OWNED, OUTSIDE, *self.labels[self.root]]].sum(axis=1)

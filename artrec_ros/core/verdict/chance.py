@@ -122,7 +122,7 @@ def _ways(finder: WholeObjectFinder, confirmed: NDArray[np.int64]) -> float:
 
 def _bears(finder: WholeObjectFinder, seen: _Blobs) -> NDArray[np.bool_]:
     """(C, B) which blobs are of a class of which each component may be."""
-    return np.array([np.isin(seen.label, own) for own in finder.surface.labels])
+    return finder.surface.may_show[:, seen.label]
 
 
 def _surety(verdict: Verdict) -> float:

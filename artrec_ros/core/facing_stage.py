@@ -28,7 +28,8 @@ from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.doubts import doubtful
-from .verdict.judge import FirstLooks, Judge
+from .verdict.judge import Judge
+from .verdict.looks import Looks
 from .verdict.offers import Found, Offers, Shared
 from .verdict.ownership import share_out
 
@@ -102,7 +103,7 @@ class FacingStage:
 
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
-        found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), FirstLooks()
+        found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
         first, in_time = self._shared_out(found, faced, looks)
         through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first[0], blobs)
         if through and in_time:
@@ -156,11 +157,11 @@ class FacingStage:
 
     def _again(self, faced: ImageFrame, found: Found) -> Shared | None:
         """`share_out` of what is left of candidates; None: not all could be judged."""
-        shared, in_time = self._shared_out(found, faced, FirstLooks())
+        shared, in_time = self._shared_out(found, faced, Looks())
         return shared if in_time else None
 
     def _shared_out(
-        self, found: Found, frame: ImageFrame, looks: FirstLooks
+        self, found: Found, frame: ImageFrame, looks: Looks
     ) -> tuple[tuple[list[Verdict], Sequence[Verdict]], bool]:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)

@@ -23,7 +23,8 @@ from .pose.surface_model import Poses
 from .spatial_looks import SpatialLooks
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, silhouette
-from .verdict.judge import FirstLooks, Judge
+from .verdict.judge import Judge
+from .verdict.looks import Looks
 from .verdict.ownership import share_out
 
 _ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
@@ -40,7 +41,7 @@ class SecondLooks:
         self._seen: set[tuple[int, bytes, bytes]] = set()  # of a finder poses, and the labels in which these were bent
         self._of: dict[WholeObjectFinder, Poses] = {}  # all candidates so far
         self._shared: _Shared = [], ()
-        self._first = FirstLooks()
+        self._first = Looks()
 
     def shared(self, found: _Found) -> _Shared:
         """What `share_out` makes of candidates, and of what second looks add to them."""

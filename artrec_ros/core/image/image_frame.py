@@ -68,7 +68,11 @@ class ImageFrame:
 
     def without(self, solids: Sequence[NDArray[np.float32]], *, nearer: bool = False) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody: see `LabelField`."""
-        return replace(self, field=self.field.without(solids, nearer=nearer)) if solids else self
+        return self.of(self.field.without(solids, nearer=nearer)) if solids else self
+
+    def of(self, labels: LabelField) -> ImageFrame:
+        """The same frame with other labels."""
+        return replace(self, field=labels)
 
     @cached_property
     def unowned(self) -> ImageFrame:

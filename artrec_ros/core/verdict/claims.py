@@ -68,7 +68,6 @@ class Claims:
     :param poses, votes, depth_m, scale: (H,). :param scores: (H, P).
     :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, at most
         `MOST_KNOWN`.
-    :param contradicted: (H,) see `Alternatives.contradicted`.
     """
 
     finder: WholeObjectFinder
@@ -80,11 +79,14 @@ class Claims:
     depth_m: Array
     scale: Array
     known: Array
-    contradicted: Array
     misplaced: Sequence[str | None]
 
     def __len__(self) -> int:
         return len(self.poses)
+
+    def contradicted(self, rows: NDArray[np.int64]) -> Array:
+        """(n,) see `Alternatives.contradicted`, of some: it is asked of objects alone, and most candidates are none."""
+        return self.finder.alternatives.contradicted(self.frame, self.poses[rows])
 
     def __getitem__(self, i: int) -> Claim:
         i = range(len(self))[i]
@@ -114,10 +116,8 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
         depth_m = np.full(len(poses), np.nan)
     misplaced = _misplaced(finder, poses, frame, anchors, scale)
     known = _known(finder, frame, anchors)
-    against = finder.alternatives.contradicted(frame, poses)
-    return Claims(
-        finder, poses, finder.voter.total(scores), scores, seen, frame, depth_m, scale, known, against, misplaced
-    )
+    votes = finder.voter.total(scores)
+    return Claims(finder, poses, votes, scores, seen, frame, depth_m, scale, known, misplaced)
 
 
 def swollen(claims: Claims, larger: WholeObjectFinder) -> Claims:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,8 +69,10 @@ class Judge:
 
     def worth(self, verdicts: Verdicts) -> Array:
         """(H,) trusted votes of each claim; 0: it is no object. -inf: it has not votes enough to stand at all."""
-        trusted = np.where(self.accepts(verdicts), _trust(verdicts) * verdicts.claims.votes, 0.0)
-        return np.where(self.may_stand(verdicts), trusted, -np.inf)
+        out, objects = np.where(self.may_stand(verdicts), 0.0, -np.inf), np.flatnonzero(self.accepts(verdicts))
+        if len(objects):
+            out[objects] = _trust(verdicts, objects) * verdicts.claims.votes[objects]
+        return out
 
     def swollen(self, verdicts: Verdicts) -> Iterator[tuple[Verdicts, Array, float]]:
         """Verdicts on the same claims with markers that look larger than they are, their trusted votes (H,) so, and how
@@ -138,7 +140,7 @@ class Judge:
 
     def trust(self, verdict: Verdict) -> float:
         """What a claim's votes count, 0 to 1; 0: it is no object."""
-        return float(_trust(verdict.among)[verdict.row]) if self._objection(verdict) is None else 0.0
+        return float(_trust(verdict.among, np.array([verdict.row]))[0]) if self._objection(verdict) is None else 0.0
 
     def reason(self, verdict: Verdict) -> str | None:
         """Why a claim is not told as an object; None where it is."""
@@ -183,20 +185,6 @@ class Judge:
         return None
 
 
-class FirstLooks:
-    """Verdicts on candidates of one frame while nobody owns pixels: where some more come they are the same."""
-
-    def __init__(self) -> None:
-        self._of: dict[tuple[int, int, int], tuple[Poses, Verdicts]] = {}
-
-    def at(self, finder: WholeObjectFinder, poses: Poses, first: int, look: Callable[[], Verdicts]) -> Verdicts:
-        """Verdicts on some of a target's poses, from the `first` on. :param look: makes them where none are known."""
-        key = id(finder), id(poses), first
-        if key not in self._of:
-            self._of[key] = poses, look()  # while the poses are there none else has their number
-        return self._of[key][1]
-
-
 def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:
     """Why what is less probable than an object must be is none. :param doubt: what speaks against it, or what may yet
     speak for it. :param by: what the probability is told by, where it is not the image alone."""
@@ -204,11 +192,12 @@ def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:
     return f"probability {told:.2f}{by} is below {least:g}: {doubt}"
 
 
-def _trust(verdicts: Verdicts) -> Array:
-    """(H,) what the votes of each count if it is an object: less where its components show no identity that exists."""
+def _trust(verdicts: Verdicts, rows: NDArray[np.int64]) -> Array:
+    """(n,) what the votes of some count if these are objects: less where their components show no identity that
+    exists."""
     claims = verdicts.claims
-    shown = 1 - claims.contradicted / np.maximum(claims.votes, 1.0)
-    return np.asarray(verdicts.probability * np.clip(shown, _LEAST, 1.0))
+    shown = 1 - claims.contradicted(rows) / np.maximum(claims.votes[rows], 1.0)
+    return np.asarray(verdicts.probability[rows] * np.minimum(np.maximum(shown, _LEAST), 1.0))
 
 
 def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 
@@ -17,10 +16,11 @@ from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, Verdicts
-from .claims import Seen, corners_of, widened
-from .judge import FirstLooks, Judge
+from .claims import Seen, widened
+from .contenders import Contenders
+from .judge import Judge
+from .looks import Judged, Looks, Owner, Owners
 
-_ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded
 _AT_ONCE = 64  # claims between two looks at the clock
 
 
@@ -28,7 +28,7 @@ def share_out(
     found: Sequence[tuple[WholeObjectFinder, Poses]],
     frame: ImageFrame,
     judge: Judge,
-    first_looks: FirstLooks | None = None,
+    looks: Looks | None = None,
 ) -> tuple[list[Verdict], Sequence[Verdict]]:
     """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place:
     sorted out when they are looked at.
@@ -39,17 +39,17 @@ def share_out(
     was judged is shared out, and what stands in an accepted one's place is dropped instead; of what was turned down
     nothing is told.
 
-    :param first_looks: at those of these candidates that were shared out before.
+    :param looks: at those of these candidates that were shared out before.
     """
-    field, accepted = _Field(found, frame.camera, judge), []
-    field.judge_all(frame, first_looks or FirstLooks())
+    field, accepted = _Field(found, frame.camera, judge, looks or Looks()), []
+    field.judge_all(frame)
     while len(best := field.best()):
         accepted += [(field.worth[row], field.verdict(row)) for row in best.tolist()]
         met = field.taken(best)
         if frame.deadline.expired:
             field.worth[met] = -np.inf
         elif len(met):
-            frame = frame.without(field.silhouettes(best))
+            frame = field.left(frame, best)
             field.judge(met, frame)
     accepted.sort(key=lambda both: -both[0])
     told, untold = list[Verdict](), list[Verdict]()
@@ -67,8 +67,11 @@ class _Field:
     :param worth: (N,) their trusted votes, 0 of what is no object; -inf: it does not stand, or no longer.
     """
 
-    def __init__(self, found: Sequence[tuple[WholeObjectFinder, Poses]], camera: Camera, judge: Judge) -> None:
-        self._judge, self._groups = judge, [_Group.of(finder, poses, camera) for finder, poses in found]
+    def __init__(
+        self, found: Sequence[tuple[WholeObjectFinder, Poses]], camera: Camera, judge: Judge, looks: Looks
+    ) -> None:
+        self._judge, self._groups = judge, [Contenders.of(finder, poses, camera) for finder, poses in found]
+        self._looks, self._owners = looks, Owners()
         self._first = np.cumsum([0, *(len(g.poses) for g in self._groups)])
         self._boxes = np.concatenate([np.zeros((0, 2, 2)), *(g.boxes for g in self._groups)])
         self._last: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
@@ -78,7 +81,7 @@ class _Field:
         self._swells = [False] * len(self._groups)  # by what most of an image's objects show
         self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
 
-    def judge_all(self, frame: ImageFrame, known: FirstLooks) -> None:
+    def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
         looks: list[list[tuple[NDArray[np.int64], Verdicts]]] = [[] for _ in self._groups]
         for first in range(0, max((len(g.poses) for g in self._groups), default=0), _AT_ONCE):
@@ -87,8 +90,7 @@ class _Field:
             for g, (begin, end) in enumerate(pairwise(self._first)):
                 rows = np.arange(min(begin + first, end), min(begin + first + _AT_ONCE, end))
                 if len(rows):
-                    group, look = self._groups[g], partial(self._judge_of, g, rows, frame)
-                    looks[g].append((rows, self._note(g, rows, known.at(group.finder, group.poses, first, look))))
+                    looks[g].append((rows, self._note(g, rows, self._judged(g, rows, frame))))
         for g, mine in enumerate(looks):
             if mine and self._groups[g].may_swell and not frame.deadline.expired:
                 self._look_swollen(g, mine)
@@ -96,20 +98,27 @@ class _Field:
     def judge(self, rows: NDArray[np.int64], frame: ImageFrame) -> None:
         """Judge some again, by the pixels that nobody owns in a frame."""
         for g, mine in self._by_group(rows):
-            seen = self._seen[g].of(mine - self._first[g])
-            verdicts = self._note(g, mine, self._judge_of(g, mine, frame, seen))
+            verdicts = self._note(g, mine, self._judged(g, mine, frame))
             if self._swells[g]:
                 self._swell(mine, self._judge.swollen(verdicts))
 
-    def _judge_of(self, g: int, rows: NDArray[np.int64], frame: ImageFrame, seen: Seen | None = None) -> Verdicts:
-        group = self._groups[g]
-        return self._judge.verdicts(group.finder, group.poses[rows - self._first[g]], frame, seen)
+    def _judged(self, g: int, rows: NDArray[np.int64], frame: ImageFrame) -> Judged:
+        """Verdicts on some of a target's, and what each is worth: once for the same owners."""
+        group, own = self._groups[g], rows - self._first[g]
 
-    def _note(self, g: int, rows: NDArray[np.int64], verdicts: Verdicts) -> Verdicts:
+        def look() -> Judged:
+            seen = self._seen[g].of(own) if self._owners else None
+            verdicts = self._judge.verdicts(group.finder, group.poses[own], frame, seen)
+            return verdicts, self._judge.worth(verdicts)
+
+        return self._looks.at(self._owners, group.finder, group.poses, own, look)
+
+    def _note(self, g: int, rows: NDArray[np.int64], judged: Judged) -> Verdicts:
         """Have verdicts be the last ones on some of a target's."""
-        seen, own = self._seen[g], rows - self._first[g]
-        seen.full_px[own], seen.even[own] = verdicts.claims.seen
-        self.worth[rows], self._swollen_px[rows] = self._judge.worth(verdicts), 0.0
+        (verdicts, worth), seen, own = judged, self._seen[g], rows - self._first[g]
+        if not self._owners:
+            seen.full_px[own], seen.even[own] = verdicts.claims.seen
+        self.worth[rows], self._swollen_px[rows] = worth, 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
         return verdicts
@@ -188,7 +197,16 @@ class _Field:
         other_low, other_high = self._boxes[None, others].transpose(2, 0, 1, 3)
         return np.asarray(((low <= other_high) & (other_low <= high)).all(axis=2))
 
-    def silhouettes(self, rows: NDArray[np.int64]) -> list[NDArray[np.float32]]:
+    def left(self, frame: ImageFrame, rows: NDArray[np.int64]) -> ImageFrame:
+        """A frame without the pixels of some that take theirs."""
+        g = np.searchsorted(self._first, rows, side="right") - 1
+        self._owners += tuple(
+            Owner(id(self._groups[i].poses), int(row - self._first[i]), float(self._swollen_px[row]))
+            for i, row in zip(g.tolist(), rows, strict=True)
+        )
+        return self._looks.left(self._owners, frame, partial(self._silhouettes, rows))
+
+    def _silhouettes(self, rows: NDArray[np.int64]) -> list[NDArray[np.float32]]:
         """Convex hulls of these points (n, 2) cover some hypotheses, each for itself."""
         g = np.searchsorted(self._first, rows, side="right") - 1
         return [
@@ -196,44 +214,6 @@ class _Field:
             for i, row in zip(g, rows, strict=True)
             for hull in self._groups[i].hulls(row - self._first[i])
         ]
-
-
-@dataclass(frozen=True, eq=False)
-class _Group:
-    """One target's H hypotheses.
-
-    :param corners: (H, n, 2) pixels of the corners of all boxes and markers.
-    :param boxes: (H, 2, 2) least and greatest x, y of all pixels that the votes for each look at: those of its corners,
-        of the rings around its contours, and what a lens bends out.
-    """
-
-    finder: WholeObjectFinder
-    poses: Poses
-    corners: Array
-    boxes: Array
-
-    @property
-    def may_swell(self) -> bool:
-        """Whether its markers may look larger than they are; in crowds nobody has the time to look."""
-        facing = self.finder.config.facing
-        few = len(self.poses) <= facing.rivals * facing.swollen_most
-        return self.finder.facing and few and len(self.finder.swollen) > 0
-
-    @classmethod
-    def of(cls, finder: WholeObjectFinder, poses: Poses, camera: Camera) -> _Group:
-        corners = corners_of(finder.surface, camera, poses)
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        margin = finder.surface.votes.ring_px + _ROUNDED_PX + finder.config.facing.swollen_px * finder.facing
-        if camera.bent:  # what lies between corners is moved otherwise, by no more than they differ
-            plain = replace(camera, distortion=np.zeros(0))
-            moved = np.subtract(corners, corners_of(finder.surface, plain, poses))
-            margin = margin + np.linalg.norm(np.ptp(moved, axis=1), axis=1, keepdims=True)
-        return cls(finder, poses, corners, np.stack([low - margin, high + margin], axis=1))
-
-    def hulls(self, row: int) -> list[NDArray[np.float32]]:
-        """As `silhouette` has them."""
-        corners = self.corners[row].astype(np.float32)
-        return [corners[first:last] for first, last in pairwise(self.finder.surface.hulls.starts)]
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:

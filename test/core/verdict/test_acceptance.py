@@ -44,7 +44,7 @@ def claim(seen, votes=800.0, name="truck", body=0.5, agree=0.9, against=-50.0, p
         elif patch.marker.name in ("right", "outer_right"):  # it should be seen and is not
             scores.area_px[0, i], scores.votes[0, i] = 30.0, against
     at, one = pose(model=surface.model), np.ones(1)
-    seen, place = Seen(scores.area_px, 0 * one), (np.nan * one, np.nan * one, 4 * one, 0 * one, [None])
+    seen, place = Seen(scores.area_px, 0 * one), (np.nan * one, np.nan * one, 4 * one, [None])
     return Claims(finder, at, votes * one, scores, seen, FRAMES[name], *place)
 
 
@@ -318,7 +318,7 @@ def test_what_is_accepted_has_no_reason_against_it(limits):
     misplaced = [None if i % 5 else "behind the wall" for i in range(n)]
     depth = np.where(np.arange(n) % 2, 2.9, np.nan)
     finder = several[0].finder
-    place = depth, 290 / depth, np.full(n, 4.0), np.zeros(n), misplaced
+    place = depth, 290 / depth, np.full(n, 4.0), misplaced
     seen, frame = Seen(scores.area_px, np.zeros(n)), FRAMES["truck"]
     verdicts = verdicts_of(Claims(finder, poses, votes, scores, seen, frame, *place))
     reasons = [judge.reason(v) for v in verdicts]

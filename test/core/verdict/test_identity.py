@@ -362,9 +362,10 @@ def test_colours_that_no_identity_has_count_against_a_claim():
     there = replace(at, name="gr")
     right_frame = frame_of(there)
     right = judge.verdicts(finder, poses_of(right_frame, there), right_frame)
-    assert right.claims.contradicted[0] == pytest.approx(0.0, abs=1e-6) and wrong.claims.contradicted[0] > 100
+    against = [verdicts.claims.contradicted(np.array([0]))[0] for verdicts in (right, wrong)]
+    assert against[0] == pytest.approx(0.0, abs=1e-6) and against[1] > 100
     assert 0 < judge.worth(wrong)[0] < judge.worth(right)[0]
-    lost = replace(wrong.claims, contradicted=2 * wrong.claims.votes)
+    lost = replace(wrong.claims, votes=np.array([against[1] / 2]))
     assert judge.worth(replace(wrong, claims=lost))[0] > 0  # it comes last, but may be there
     assert judge.trust(wrong[0]) < wrong.probability[0]
 

@@ -18,7 +18,9 @@ from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.pose.voter import Voter
 from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette
-from artrec_ros.core.verdict.judge import FirstLooks, Judge
+from artrec_ros.core.verdict.contenders import Contenders
+from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.core.verdict.looks import Looks
 from artrec_ros.core.verdict.ownership import share_out
 
 CAMERA = camera_of()
@@ -117,7 +119,7 @@ ASKED: list[int] = []
 
 
 def test_pixels_are_shared_out_anew_without_a_second_look_at_what_nobody_owns():
-    frame, judge, looks = image_of_two(), CountingJudge(), FirstLooks()
+    frame, judge, looks = image_of_two(), CountingJudge(), Looks()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     found, more = ((finder, candidates(finder, frame, crowd(seed, n))) for seed, n in ((0, 6), (1, 3)))
     share_out([found], frame, judge, looks)
@@ -213,7 +215,7 @@ def test_no_pixel_that_votes_look_at_lies_outside_of_a_claims_box(lens):
     points = np.concatenate([np.concatenate([p.inside, p.contour]) for p in surface.patches])
     component = np.concatenate([np.full(len(p.inside) + len(p.contour), p.component) for p in surface.patches])
     seen = project(camera, surface.place(frames, points, component))
-    low, high = ownership._Group.of(finder, poses, camera).boxes.transpose(1, 0, 2)[:, :, None]
+    low, high = Contenders.of(finder, poses, camera).boxes.transpose(1, 0, 2)[:, :, None]
     reach = DEFAULTS.votes.ring_px + 0.5  # of a ring's point and its rounding
     held = ((seen - reach >= low) & (seen + reach <= high)).all(axis=(1, 2))
     in_view = (np.abs(seen) < 700).all(axis=(1, 2))  # and not beside the camera or behind it

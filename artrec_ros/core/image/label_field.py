@@ -24,11 +24,17 @@ _GOLDEN = (np.sqrt(5) - 1) / 2
 
 
 @lru_cache(maxsize=8)
-def _around(reach: int) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-    """Rows and columns of the pixels around one, nearest first, and the gaps (px) between it and them."""
+def _around(reach: int, width: int) -> tuple[NDArray[np.int64], Array]:
+    """Where the pixels around one are in rows of so many, nearest first, and the gaps (px) between it and them."""
     around = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
     rows, columns = around[:, np.argsort(np.hypot(*around), kind="stable")]
-    return rows, columns, np.hypot(rows, columns) - 1.0
+    return rows * width + columns, np.hypot(rows, columns) - 1.0
+
+
+def _median(values: Array) -> float:
+    """Of some; numpy's takes longer to look what they are."""
+    ordered, n = np.sort(values), len(values)
+    return float((ordered[(n - 1) // 2] + ordered[n // 2]) / 2)
 
 
 class LabelField:
@@ -139,7 +145,7 @@ class LabelField:
         seams = len(near) > self._config.border_share * border
         if seams and len(near) <= self._config.clear_share * border:
             seams = self.leaves_seams
-        return float(np.median(near)) / 2 if seams else 0.0
+        return _median(near) / 2 if seams else 0.0
 
     @cached_property
     def _seam_of_others_px(self) -> float:
@@ -148,7 +154,7 @@ class LabelField:
             return 0.0
         looks = map(self._near_px, self._told_labels)
         gaps = [near for near, border, _ in looks if len(near) > self._config.border_share * border]
-        return float(np.median(np.concatenate(gaps))) / 2 if gaps else 0.0
+        return _median(np.concatenate(gaps)) / 2 if gaps else 0.0
 
     @cached_property
     def _told_labels(self) -> list[int]:
@@ -189,14 +195,14 @@ class LabelField:
         means = np.zeros(256, np.uint8)
         means[list(self.on_bodies)] = UNTOLD
         means[[*_NO_CLASS, label]] = SILENT
-        labels, looks = self.padded_labels, _around(self._reach_px)
+        labels, looks = self.padded_labels, _around(self._reach_px, self.codes.shape[1] + 2)
         borders, theirs = self._borders
         mine = borders[theirs == label]
         scale = max(len(mine) / _SEAM_PIXELS, 1.0)
         if len(mine) > _SEAM_PIXELS:  # a regular step could keep pace with the rows and miss a side
             mine = mine[(np.arange(_SEAM_PIXELS) * _GOLDEN % 1 * len(mine)).astype(int)]
         gaps = np.empty(len(mine))
-        return gaps[: gaps_px(labels, self.codes.shape[1] + 2, mine, means, *looks, gaps)], scale
+        return gaps[: gaps_px(labels, mine, means, *looks, gaps)], scale
 
     @cached_property
     def _reach_px(self) -> int:

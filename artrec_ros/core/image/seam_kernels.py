@@ -12,19 +12,19 @@ ENDS, SILENT, UNTOLD = range(3)  # what a label means to a gap: it ends it, is p
 
 
 @lean
-def gaps_px(padded: Any, width: int, mine: Any, means: Any, rows: Any, columns: Any, gap_px: Any, out: Any) -> int:
+def gaps_px(padded: Any, mine: Any, means: Any, around: Any, gap_px: Any, out: Any) -> int:
     """Fill the first of out with the gaps, infinite where none is in reach, and say how many there are.
 
-    :param padded: labels with a border, flat. :param width: of a row of these.
+    :param padded: labels with a border, flat.
     :param mine: (n,) indices of pixels at a class' border, all of whose surroundings are in the image.
     :param means: (256,) what each label means.
-    :param rows, columns, gap_px: (m,) where to look around a pixel, nearest first.
+    :param around, gap_px: (m,) where to look from a pixel on, nearest first, and how far off that is.
     """
     count = 0
     for at in mine:
         out[count], told = np.inf, 1
-        for n in range(1, len(rows)):
-            what = means[padded[at + rows[n] * width + columns[n]]]
+        for n in range(1, len(around)):
+            what = means[padded[at + around[n]]]
             if what != SILENT:
                 out[count], told = gap_px[n], 1 if what == ENDS else 0
                 break

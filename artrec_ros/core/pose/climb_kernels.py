@@ -204,8 +204,9 @@ def climb(
     step = np.zeros(6 + n_joints)
     for h in range(len(R)):
         taken = True
-        whole_votes(s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room)
-        copy_scores(body.tried, body.scores)
+        if n_joints:  # else each step moves all of it, and nothing that was said before is looked at
+            whole_votes(s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room)
+            copy_scores(body.tried, body.scores)
         for _ in range(rounds):
             if not taken:
                 break

@@ -75,12 +75,15 @@ class FacingSearch:
         can have lost its place to hypotheses that lie across them."""
         anchors, share = self.finder.required.anchors(found), self._config.facing.least_area_share
         place, area = project(frame.camera, anchors), self._largest * (frame.camera.focal_px / anchors[:, 2]) ** 2
-        out = []
-        for b in (b for b in blobs if b.label in self.finder.root_labels):
-            inside = ((place >= b.box[0]) & (place <= b.box[1])).all(axis=1)
-            if inside.any() and b.area_px - area[inside].sum() >= share * area[inside].min():
-                out.append(b)
-        return out
+        mine = [b for b in blobs if b.label in self.finder.root_labels]
+        low, high = np.array([b.box for b in mine]).reshape(-1, 2, 1, 2).swapaxes(0, 1)
+        within = (place >= low) & (place <= high)  # (B, H, 2) by x and by y
+        inside = [np.flatnonzero(own) for own in within[..., 0] & within[..., 1]]
+        return [
+            b
+            for b, own in zip(mine, inside, strict=True)
+            if len(own) and b.area_px - area[own].sum() >= share * area[own].min()
+        ]
 
     def pieces(self, rest: ImageFrame, blobs: Sequence[Blob], found: Poses) -> list[Blob]:
         """What objects leave of blobs, where that is large enough to be another one.

@@ -136,7 +136,7 @@ class FacingStage:
         free = [(s, own) for s, mine in large if (own := s.unexplained(whole, mine)) or unseen]
         looks: list[_Task] = [(s, s.several(own, limits), s.limbs(whole, blobs)) for s, own in free]
         left = [task for task in looks if task[1] or task[2]]
-        rest = left_by(frame, claims) if roomy else frame
+        rest = frame if not roomy else whole if large and len(complete) == len(claims) else left_by(frame, claims)
         cut: list[_Task] = [(s, pieces, ()) for s, mine in roomy if (pieces := s.pieces(rest, mine, there[s]))]
         again = (whole, left, self._config.facing.sizes), (rest, cut, 1)
         return [c for image, tasks, sizes in again if tasks for c in self._found(image, tasks, limits, sizes)]

@@ -68,6 +68,13 @@ class Camera:
         return bool(self.distortion.any())
 
     @cached_property
+    def straight(self) -> tuple[Array, Array] | None:
+        """Focal lengths (2,) and centre (2,) of one that neither bends nor skews, by which alone x / z and y / z become
+        pixels; None of others."""
+        K = self.matrix
+        return None if self.bent or K[0, 1] != 0 else (np.array([K[0, 0], K[1, 1]]), K[:2, 2].copy())
+
+    @cached_property
     def fold(self) -> float:
         """Squared normalised radius up to which the lens' radial factor grows; points behind it would fold back."""
         k1, k2, _, _, k3, k4, k5, k6 = self.rational

@@ -14,6 +14,12 @@ _STRAIGHT = (cv2.TERM_CRITERIA_COUNT + cv2.TERM_CRITERIA_EPS, 100, 1e-9)  # step
 
 def project(camera: Camera, X: Array) -> Array:
     """Pixels (..., 2) of points (..., 3) in the camera's optical frame (z forward, metres)."""
+    if camera.straight is not None:
+        focal, centre = camera.straight
+        pixels: Array = X[..., :2] / np.maximum(X[..., 2:], MIN_DEPTH_M)
+        pixels *= focal
+        pixels += centre
+        return pixels
     pixels = np.empty((*X.shape[:-1], 2))
     lens = camera.matrix, camera.rational, camera.bent, camera.fold
     pixels[..., 0], pixels[..., 1] = pinhole(X[..., 0], X[..., 1], X[..., 2], *lens)

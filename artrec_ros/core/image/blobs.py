@@ -117,7 +117,7 @@ def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.i
 def _chains_of_all(mask: NDArray[np.uint8]) -> list[NDArray[np.int32]]:
     """The external contours of all that is set in a mask, be it in others' holes."""
     each, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    return [chain for chain, (_, _, _, parent) in zip(each, nesting[0], strict=True) if parent < 0]
+    return [chain for chain, parent in zip(each, nesting[0, :, 3].tolist(), strict=True) if parent < 0]
 
 
 def _is_crowded(mask: NDArray[np.uint8]) -> bool:

@@ -37,6 +37,11 @@ class Instance:
     contour: Array = field(default_factory=lambda: np.zeros((0, 2)), repr=False, compare=False)
     shows: str = ""
 
+    def rated(self, score: float) -> Instance:
+        """The same with another score; `replace` would take four times as long."""
+        place = self.x, self.y, self.theta, self.scale
+        return Instance(self.component, self.marker, score, *place, self.contour, self.shows)
+
 
 @dataclass(frozen=True)
 class OtherTurn:

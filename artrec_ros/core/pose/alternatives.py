@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -71,7 +70,7 @@ class Alternatives:
             by_class -= by_class.max(axis=2, keepdims=True)
         return Reading(self._of_identities(by_class), self._listed(by_class), shown)
 
-    def shows(self, shown: NDArray[np.int64]) -> Mapping[tuple[str, str], str]:
+    def shows(self, shown: NDArray[np.int64]) -> dict[tuple[str, str], str]:
         """The short name of the class that each component's marker shows, by both their names; those that show another
         one's class, or none, are left out.
 

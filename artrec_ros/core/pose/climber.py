@@ -71,7 +71,7 @@ class Climber:
             return poses
         depth = poses.t[:, 2]
         near_m, far_m = self.depths(camera)
-        return Poses(poses.R, poses.t * (np.clip(depth, near_m, far_m) / depth)[:, None], poses.q)
+        return Poses(poses.R, poses.t * (np.minimum(np.maximum(depth, near_m), far_m) / depth)[:, None], poses.q)
 
     def depths(self, camera: Camera) -> tuple[float, float]:
         """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""

@@ -21,11 +21,11 @@ class Voter:
         self.surface, self._config = surface, config
         components, hidden_cost = len(surface.model.components), float(config.votes.hidden_cost)
         self.value = Value(components, surface.root, hidden_cost, occlusion=True)
+        self._patches = np.arange(len(surface.patches))
 
     def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool, covered: bool = False) -> PatchScores:
         """What the labels say of every patch under each hypothesis: see `SpatialModel.score`."""
-        patches = np.arange(len(self.surface.patches))
-        return self.surface.score(frame, poses, patches, occlusion=occlusion, covered=covered)
+        return self.surface.score(frame, poses, self._patches, occlusion=occlusion, covered=covered)
 
     def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""

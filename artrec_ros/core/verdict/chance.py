@@ -76,20 +76,22 @@ class Chances:
         clutter, bears = np.prod(1 - explained * sure[:, None], axis=0), _bears(self._finder, seen)
         own = {id(v): row for v, row in zip(among, explained, strict=True)}
         free = [clutter * ~own[id(v)] for v in verdicts]
-        return np.array([self._of(v, f, bears, seen, frame) for v, f in zip(verdicts, free, strict=True)])
+        frame_px = float(np.prod(frame.size))
+        return np.array([self._of(v, f, bears, seen, frame_px) for v, f in zip(verdicts, free, strict=True)])
 
-    def _of(self, verdict: Verdict, free: Array, bears: NDArray[np.bool_], seen: _Blobs, frame: ImageFrame) -> float:
+    def _of(self, verdict: Verdict, free: Array, bears: NDArray[np.bool_], seen: _Blobs, frame_px: float) -> float:
         """`expected` of one. :param free: (B,) how far each blob is left to chance. :param bears: see `_bears`."""
-        confirmed, root = np.flatnonzero(verdict.confirmed), self._finder.root
-        if not len(confirmed) or not free.any():
+        confirmed, root = [c for c, yes in enumerate(verdict.confirmed) if yes], self._finder.root
+        if not confirmed or not free.any():
             return 0.0
-        area_px = self._finder.surface.sides.blobs[1][np.array(verdict.shown)[confirmed]] * verdict.claim.scale**2
+        area_px = self._finder.surface.sides.blobs[1][[verdict.shown[c] for c in confirmed]] * verdict.claim.scale**2
         ratio = self._finder.config.verdict.left_over_ratio
         like = bears[confirmed] & (np.abs(np.log(seen.area_px / area_px[:, None])) < np.log(ratio))
         count = like @ free
-        first = int(np.argmax(confirmed == root))  # what chance takes for it is where the others are sought
-        covered = np.delete(np.pi * area_px * count / np.prod(frame.size), first)
-        return float(count[first] * self._ways(tuple(confirmed.tolist())) * covered.prod())
+        first = confirmed.index(root) if root in confirmed else 0
+        covered = np.pi * area_px * count / frame_px
+        covered[first] = 1.0  # what chance takes for it is where the others are sought
+        return float(count[first] * self._ways(tuple(confirmed)) * covered.prod())
 
     def _ways(self, confirmed: tuple[int, ...]) -> float:
         """In how many ways an object with one of these components in its place can be turned and bent, as far as others
@@ -148,14 +150,14 @@ def _explained_by(
     frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
     at = project(frame.camera, surface.place(frames, surface.sides.blobs[0], surface.component))
     shown, first = np.array([v.shown for v in verdicts]), [markers[0] for markers in surface.markers_of]
-    at = np.take_along_axis(at, np.where(shown < 0, first, shown)[:, :, None], axis=1)[:, :, None]
-    inside = ((at >= seen.low) & (at <= seen.high)).all(axis=3)
-    return np.asarray((inside & _bears(finder, seen)).any(axis=1))
+    at = at[np.arange(len(at))[:, None], np.where(shown < 0, first, shown)][:, :, None]
+    inside = (at >= seen.low) & (at <= seen.high)  # of x and of y
+    return np.asarray((inside[..., 0] & inside[..., 1] & _bears(finder, seen)).any(axis=1))
 
 
 def by_chance(detection: Detection, times: float) -> Detection:
     """A detection as sure as it is where chance bears it out so many times as easily, and its components as much less
     sure."""
     share = 1 / (detection.score + (1 - detection.score) * times)
-    parts = tuple(replace(part, score=part.score * share) for part in detection.components)
+    parts = tuple(part.rated(part.score * share) for part in detection.components)
     return replace(detection, score=detection.score * share, components=parts, beyond_chance=share)

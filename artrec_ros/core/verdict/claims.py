@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
+from itertools import chain, pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -162,16 +162,25 @@ def corners_m(surface: SpatialModel, poses: Poses) -> Array:
     return surface.place(frames, hulls.corners, hulls.component)
 
 
-def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDArray[np.float32]]:
-    """Everything of one hypothesis: the corners (n, 2) of its boxes and its markers in the image, pixels; convex hulls
+def silhouettes(surface: SpatialModel, camera: Camera, poses: Poses) -> list[list[NDArray[np.float32]]]:
+    """Everything of each hypothesis: the corners (n, 2) of its boxes and its markers in the image, pixels; convex hulls
     of theirs cover it."""
-    corners = corners_of(surface, camera, poses)[0].astype(np.float32)
-    return [corners[first:last] for first, last in pairwise(surface.hulls.starts)]
+    ends = list(pairwise(surface.hulls.starts))
+    return [[own[a:b] for a, b in ends] for own in corners_of(surface, camera, poses).astype(np.float32)]
+
+
+def silhouette(surface: SpatialModel, camera: Camera, poses: Poses) -> list[NDArray[np.float32]]:
+    """The same of the first one."""
+    return silhouettes(surface, camera, poses[:1])[0]
 
 
 def left_by(frame: ImageFrame, claims: Sequence[Claim]) -> ImageFrame:
     """The frame without the pixels of some claims."""
-    return frame.without([h for c in claims for h in silhouette(c.finder.surface, frame.camera, c.poses)])
+    hulls = list[NDArray[np.float32]]()
+    for finder in dict.fromkeys(c.finder for c in claims):
+        poses = Poses.concatenate([c.poses for c in claims if c.finder is finder])
+        hulls += chain.from_iterable(silhouettes(finder.surface, frame.camera, poses))
+    return frame.without(hulls)
 
 
 def unexplained(left: ImageFrame, blobs: Sequence[Blob], explained: float) -> NDArray[np.bool_]:

@@ -22,7 +22,7 @@ from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, by_chance
 from .claims import claims_of
 from .identity import Identifier, doubted, one_of_these
-from .in_view import Part, Parts, PartsInView
+from .in_view import Part, Parts, PartsInView, Shows
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
@@ -53,7 +53,7 @@ class Describer:
         alone = judge.verdicts(self.finder, candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         rest = at_rest(self.finder, mine, verdicts, frame)
-        told = self._told(self._parts(rest.verdicts, rest.poses, frame))
+        told = self._told(self._parts(rest.verdicts, rest.poses, frame, {}))
         surplus = self._identifier.surplus(frame, rest.poses, self._seen(rest.verdicts, told), alone.probability)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         left_out = [alone[i] for i in none_left]  # as they were compared
@@ -74,8 +74,8 @@ class Describer:
         """
         if not verdicts:
             return []
-        finder, surface = self.finder, self.finder.surface
-        verdicts, among = self._right_way_round(verdicts, frame, among)
+        finder, surface, judged = self.finder, self.finder.surface, dict[Verdict, Parts]()
+        verdicts, among = self._right_way_round(verdicts, frame, among, judged)
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
@@ -83,7 +83,7 @@ class Describer:
         among = [anew.get(id(v), v) for v in among]
         rest = rest.of(first)
         poses, verdicts = rest.poses, rest.verdicts
-        parts_of = self._parts(verdicts, poses, frame)
+        parts_of = self._parts(verdicts, poses, frame, judged)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
@@ -99,8 +99,8 @@ class Describer:
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
         frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
-        parts, view = self._in_view.of(verdicts, told, frames, frame, among)
-        parts = parts if layouts is None else self._showing(parts, layouts)
+        classes = self._classes_shown(layouts, len(poses)) if layouts is not None else ()
+        parts, view = self._in_view.of(verdicts, told, frames, frame, among, classes)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
         detections = [
@@ -122,30 +122,27 @@ class Describer:
             return detections
         return beside_other_places(finder, frame.camera, layouts, self._identifier.numbers(identities), detections)
 
-    def _showing(self, parts: Sequence[tuple[Instance, ...]], layouts: Layouts) -> list[tuple[Instance, ...]]:
-        """Components with the classes that they show, of those that may be of several."""
-        shows = [self.finder.alternatives.shows(shown) for shown in layouts.read.shown[: len(parts)]]
-        return [
-            tuple(replace(i, shows=own.get((i.component, i.marker), "")) for i in of)
-            for own, of in zip(shows, parts, strict=True)
-        ]
+    def _classes_shown(self, layouts: Layouts, objects: int) -> list[Shows]:
+        """Of each object the classes that its components show, of those that may be of several."""
+        return [self.finder.alternatives.shows(shown) for shown in layouts.read.shown[:objects]]
 
     def _right_way_round(
-        self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict]
+        self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict], judged: dict[Verdict, Parts]
     ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
         """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
-        object so: what all are called together may tell that, too."""
+        object so: what all are called together may tell that, too. :param judged: as of `_as_judged`."""
         if not self.finder.facing:
             return verdicts, among
-        if not self.finder.exchanges and not self._may_be_others(self._seen(verdicts, self._told(_judged(verdicts)))):
+        told = self._told(_as_judged(verdicts, judged))
+        if not self.finder.exchanges and not self._may_be_others(self._seen(verdicts, told)):
             return verdicts, among
         poses = at_rest(self.finder, verdicts, among, frame).poses
-        seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame)))
+        seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame, judged)))
         layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts], seen)
         names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
         poses, changed = layouts.likelier(names)
-        judged = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
-        anew = {key: v for key, v in judged.items() if self._judge.reason(v) is None}
+        turned = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
+        anew = {key: v for key, v in turned.items() if self._judge.reason(v) is None}
         return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
 
     def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:
@@ -170,17 +167,14 @@ class Describer:
                 root = max(parts, key=lambda part: part.score)
         names = {p.component for p in parts}
         seen = [c for c, component in enumerate(target.model.components) if component.name in names]
-        told = np.atleast_1d(kin.moves[seen].any(axis=0))  # joints that move a component that is told
-        if covariance is None:  # else how little is known of one that lacks one of its two components is told beside it
-            told = np.array([{c, kin.parent[c]} <= {-1, *seen} for c in kin.carried.tolist()], bool)
-        joints = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]]
-        # within its limits who knows nothing is off by no more
-        most = (kin.upper - kin.lower) / np.sqrt(12)
-        deviations = (
-            {}
-            if covariance is None
-            else {name: float(min(np.sqrt(covariance[6 + j, 6 + j]), most[j])) for j, name in joints}
-        )
+        if covariance is None:
+            told = [{c, kin.parent[c]} <= {-1, *seen} for c in kin.carried.tolist()]
+        else:  # how little is known of one that lacks one of its two components is told beside it
+            told = np.atleast_1d(kin.moves[seen].any(axis=0)).tolist()  # joints that move a component that is told
+        joints, deviations = [(j, name) for j, name in enumerate(target.model.joint_names) if told[j]], {}
+        if covariance is not None:  # within its limits who knows nothing is off by no more
+            most = (kin.upper - kin.lower) / np.sqrt(12)
+            deviations = {name: float(min(np.sqrt(covariance[6 + j, 6 + j]), most[j])) for j, name in joints}
         return Detection(
             target.name,
             number,
@@ -197,21 +191,20 @@ class Describer:
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:
         """Rows of those in whose places none before is: what an object leaves of its rim may come to rest on it."""
-        left, first = list(range(len(rest.poses))), list[int]()
-        turn = self.finder.config.search.niche_rad
-        while left:
-            one, *left = left
-            first.append(one)
-            if left:
-                same = self.finder.required.is_in_place_of(rest.drawn[left], rest.poses[one : one + 1], turn)[:, 0]
-                left = [n for n, there in zip(left, same.tolist(), strict=True) if not there]
+        turn, first = self.finder.config.search.niche_rad, list[int]()
+        same = self.finder.required.is_in_place_of(rest.drawn, rest.poses, turn)
+        for n in range(len(rest.poses)):
+            if not same[n, first].any():
+                first.append(n)
         return first
 
-    def _parts(self, verdicts: Sequence[Verdict], poses: Poses, frame: ImageFrame) -> list[Parts]:
+    def _parts(
+        self, verdicts: Sequence[Verdict], poses: Poses, frame: ImageFrame, judged: dict[Verdict, Parts]
+    ) -> list[Parts]:
         """What shows each component, and how probably, as candidates were judged. Of what faces the camera judged at
         rest, too, while there is time, where that lacks some: markers that look larger than they are make a candidate
-        that is too large, beside which lies what is at the end of a limb."""
-        out = _judged(verdicts)
+        that is too large, beside which lies what is at the end of a limb. :param judged: as of `_as_judged`."""
+        out = _as_judged(verdicts, judged)
         whole = len(self.finder.target.model.components)
         lacking = [h for h, told in enumerate(self._told(out)) if len(told) < whole] if self.finder.facing else []
         for h in lacking:
@@ -239,10 +232,15 @@ class Describer:
         return others is not None and any(len(others.of(of)) for of in seen)
 
 
-def _judged(verdicts: Sequence[Verdict]) -> list[Parts]:
-    """What shows each component of one target's objects, and how probably, as they were judged."""
-    probable = part_probabilities(verdicts)
-    return [{c: Part(v.shown[c], p) for c, p in of.items()} for v, of in zip(verdicts, probable, strict=True)]
+def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list[Parts]:
+    """What shows each component of one target's objects, and how probably, as they were judged.
+
+    :param known: of those that were asked for before; the others are added.
+    """
+    new = [v for v in verdicts if v not in known]
+    for v, of in zip(new, part_probabilities(new), strict=True):
+        known[v] = {c: Part(v.shown[c], p) for c, p in of.items()}
+    return [dict(known[v]) for v in verdicts]
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

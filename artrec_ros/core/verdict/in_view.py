@@ -38,6 +38,7 @@ class Part(NamedTuple):
 
 
 Parts = dict[int, Part]  # by the component's index
+Shows = dict[tuple[str, str], str]  # as of `Alternatives.shows`
 
 
 class PartsInView:
@@ -67,9 +68,13 @@ class PartsInView:
         frames: Frames,
         frame: ImageFrame,
         among: Sequence[Verdict],
+        shows: Sequence[Shows] = (),
     ) -> tuple[list[tuple[Instance, ...]], MarkersInView]:
         """Components as the image shows them: where part of a marker is hidden, x, y are the visible part's centre, but
-        for balls. And what of all markers could be seen."""
+        for balls. And what of all markers could be seen.
+
+        :param shows: of each object. Not given: nothing is known of it.
+        """
         surface, camera = self._finder.surface, frame.camera
         X = surface.place(frames, self._points, self._on)
         pixels, samples = project(camera, X), slice(self._first_drawn[0])
@@ -92,17 +97,17 @@ class PartsInView:
         scale = camera.focal_px / np.maximum(view.depth * np.hypot(far, self._bulge) / np.maximum(far, 1e-9), 1e-6)
         values = np.concatenate([centre, theta[..., None], scale[..., None]], axis=-1).tolist()  # (H, M, 4)
         parts = [
-            tuple(self._component(patch, p, pixels[h], values[h], view, h) for patch, p in each.values())
-            for h, each in enumerate(told)
+            tuple(self._component(part, pixels[h], values[h], view, h, own) for part in each.values())
+            for h, (each, own) in enumerate(zip(told, shows or [Shows()] * len(told), strict=True))
         ]
         return parts, view
 
     def _component(
-        self, patch: int, score: float, pixels: Array, values: list[list[float]], view: MarkersInView, h: int
+        self, part: Part, pixels: Array, values: list[list[float]], view: MarkersInView, h: int, shows: Shows
     ) -> Instance:
         """The component of object `h` that a patch shows. :param values: (M, 4) of all markers."""
-        told = self._instance(patch, score, pixels, *values[self._row[patch]])
-        sides = self._sides.get(self._finder.surface.patches[patch].component)
+        told = self._instance(part, pixels, values[self._row[part.patch]], shows)
+        sides = self._sides.get(self._finder.surface.patches[part.patch].component)
         return told if sides is None else replace(told, contour=self._around(view, h, sides, told.contour))
 
     def _around(self, view: MarkersInView, h: int, sides: NDArray[np.int64], alone: Array) -> Array:
@@ -127,15 +132,13 @@ class PartsInView:
         untold = owned & np.all(share == np.inf, axis=0)  # what took these is none of `among`
         return ~(np.any(by, axis=0) | untold), by
 
-    def _instance(
-        self, patch: int, score: float, pixels: Array, x: float, y: float, theta: float, scale: float
-    ) -> Instance:
+    def _instance(self, part: Part, pixels: Array, values: list[float], shows: Shows) -> Instance:
         """The component that a patch shows. :param pixels: (n, 2) of all markers' points."""
-        shown, row = self._finder.surface.patches[patch], self._row[patch]
+        shown, (x, y, theta, scale) = self._finder.surface.patches[part.patch], values
         assert shown.marker is not None  # what shows a component is a marker
-        name = self._finder.target.model.components[shown.component].name
-        outline = self._outline(pixels, row).copy()
-        return Instance(name, shown.marker.name, score, x, y, theta, scale, outline)
+        name, marker = self._finder.target.model.components[shown.component].name, shown.marker.name
+        outline, own = self._outline(pixels, self._row[part.patch]).copy(), shows.get((name, marker), "")
+        return Instance(name, marker, part.probability, x, y, theta, scale, outline, own)
 
     def _outline(self, pixels: Array, row: int) -> Array:
         """(..., m, 2) of the marker of a row, of all markers' points (..., n, 2): behind centroid, tail and head."""

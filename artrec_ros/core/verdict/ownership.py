@@ -193,9 +193,9 @@ class _Field:
 
     def _meet(self, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(n, m) whether what one owns can matter to the other."""
-        low, high = self._boxes[rows, None].transpose(2, 0, 1, 3)
-        other_low, other_high = self._boxes[None, others].transpose(2, 0, 1, 3)
-        return np.asarray(((low <= other_high) & (other_low <= high)).all(axis=2))
+        mine, theirs = self._boxes.take(rows, 0)[:, None], self._boxes.take(others, 0)
+        meet = (mine[..., 0, :] <= theirs[:, 1]) & (theirs[:, 0] <= mine[..., 1, :])  # along x and along y
+        return np.asarray(meet[..., 0] & meet[..., 1])
 
     def left(self, frame: ImageFrame, rows: NDArray[np.int64]) -> ImageFrame:
         """A frame without the pixels of some that take theirs."""

@@ -72,8 +72,9 @@ def _rows(verdicts: Sequence[Verdict]) -> Array:
     shown, claims = np.array([v.shown for v in verdicts]), [v.claim for v in verdicts]
     patch = np.maximum(shown, 0)
     scores, full_px = [claim.scores.arrays for claim in claims], np.array([claim.full_px for claim in claims])
+    row = np.arange(len(claims))[:, None]
     votes, area_px, agree, full_px = (
-        np.take_along_axis(values, patch, axis=1)
+        values[row, patch]
         for values in (*(np.concatenate([arrays[i] for arrays in scores]) for i in range(3)), full_px)
     )
     p = np.clip([v.probability for v in verdicts], 1e-6, 1 - 1e-6)

@@ -10,17 +10,17 @@ from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.facing_guesses import FacingGuesser
-from artrec_ros.core.pose.grid_kernels import keep_apart
+from artrec_ros.core.pose.grid_kernels import Kept, keep_apart
 from artrec_ros.core.pose.surface_model import SpatialModel
 
 pytestmark = pytest.mark.uncompiled
 
 
 def kept_of(offered, keep, apart_px):
-    T, score = np.zeros((keep, 3)), np.full(keep, -np.inf)
+    T, score = np.zeros((3, keep)), np.full(keep, -np.inf)
     for x, y, k, value in offered:
-        keep_apart(T, score, x, y, k, value, apart_px)
-    return T[score > -np.inf], score[score > -np.inf]
+        keep_apart(Kept(*T, score), x, y, k, value, apart_px)
+    return T.T[score > -np.inf], score[score > -np.inf]
 
 
 @pytest.mark.parametrize("seed", range(40))

@@ -123,6 +123,34 @@ def locate(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
 
 
 @inlined
+def locate_level(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
+    """As `locate`, of points that are all at one depth before a camera that neither bends nor skews: as far off as the
+    first, they need no division each."""
+    xs, ys, zs = on
+    K, z = view.K, zs[0]
+    k = 1.0 / max(A[2, 2] * z + b[2], MIN_DEPTH_M)
+    u0, u1, u2 = K[0, 0] * k * A[0, 0], K[0, 0] * k * A[0, 1], K[0, 0] * k * (A[0, 2] * z + b[0]) + K[0, 2]
+    v0, v1, v2 = K[1, 1] * k * A[1, 0], K[1, 1] * k * A[1, 1], K[1, 1] * k * (A[1, 2] * z + b[1]) + K[1, 2]
+    for i in range(len(xs)):
+        out[i] = padded_pixel(u0 * xs[i] + u1 * ys[i] + u2, v0 * xs[i] + v1 * ys[i] + v2, view)
+
+
+@inlined
+def outline_level(A: Any, b: Any, points: Any, along: Any, view: LabelView, out: Any) -> None:
+    """As `outline_pixels`, of a contour that is all at one depth before a camera whose pixels are square, and neither
+    bends nor skews: the contour's directions in the image are as long as they are."""
+    K, xs, ys, gxs, gys, z = view.K, points[0], points[1], along[0], along[1], points[2, 0]
+    us, vs, nus, nvs = out[0], out[1], out[2], out[3]
+    k = K[0, 0] / max(A[2, 2] * z + b[2], MIN_DEPTH_M)
+    u2, v2 = k * (A[0, 2] * z + b[0]) + K[0, 2], k * (A[1, 2] * z + b[1]) + K[1, 2]
+    for i in range(len(xs)):
+        us[i] = k * (A[0, 0] * xs[i] + A[0, 1] * ys[i]) + u2
+        vs[i] = k * (A[1, 0] * xs[i] + A[1, 1] * ys[i]) + v2
+        nus[i] = -(A[1, 0] * gxs[i] + A[1, 1] * gys[i])
+        nvs[i] = A[0, 0] * gxs[i] + A[0, 1] * gys[i]
+
+
+@inlined
 def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: LabelView, out: Any) -> None:
     """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there.
 

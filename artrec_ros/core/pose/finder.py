@@ -64,7 +64,7 @@ class WholeObjectFinder:
             votes = replace(votes, ring_px=colour.colour_ring_px, inside_empty=colour.colour_inside_empty)
         self.surface = SpatialModel(target.model, target.label, votes, codes)
         if facing:  # it is judged by as few points as its curves were fitted with
-            self.surface.limits = self.surface.limits._replace(point_px=np.inf)
+            self.surface.limits = self.surface.limits._replace(point_px=np.inf, level=self.surface.is_level)
         self.root = self.surface.root
         self.root_labels = self.surface.labels[self.root]
         self._equip()

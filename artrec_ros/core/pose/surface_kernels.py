@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import LANES, inlined, jit
-from ..geometry.pixel_kernels import LabelView, outline_pixels, padded_pixel, turned
+from ..geometry.pixel_kernels import LabelView, outline_level, outline_pixels, padded_pixel, turned
 
 NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
 MOST_LENGTH, MOST_WEIGHT = 2.0, 8.0  # at half the depth of a patch's middle: what is nearer lies outside the image
@@ -71,6 +71,7 @@ class SurfaceLimits(NamedTuple):
     outside: int  # the label beyond the image
     owned: int  # the label of what hides all behind it: an object that was accepted
     swollen_px: float = 0.0  # by so much markers look larger than they are, all around
+    level: bool = False  # whether all of a patch is at one depth before a camera made for what faces it
 
 
 @inlined
@@ -230,7 +231,10 @@ def look_beside(
 
     :param A, b: its frame. :param depth: of its middle, metres.
     """
-    outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
+    if limits.level:
+        outline_level(A, b, s.contour[k], s.contour_along[k], view, room.outline)
+    else:
+        outline_pixels(A, b, s.contour[k], s.contour_along[k], view, room.outline)
     u, v, nu, nv = room.outline[0], room.outline[1], room.outline[2], room.outline[3]
     outer, inner = room.at[0], room.at[1]
     out_px, in_px = beside(s, k, depth, view, limits)

@@ -242,6 +242,15 @@ class SpatialModel:
         return self.kinematics.rigid_to(self.root)
 
     @cached_property
+    def is_level(self) -> bool:
+        """Whether all of each patch is at one depth where the object's z axis is the line of sight: planes across it,
+        and joints about it, or that slide."""
+        kin = self.kinematics
+        tipped = kin.in_object(np.stack([kin.lower, kin.middle, kin.upper])).R[:, :, 2, :2]
+        deep = [np.ptp(points[:, 2]) for p in self.patches for points in (p.finer, p.contour) if len(points)]
+        return not self.sides.balls and max(*deep, float(np.abs(tipped).max())) < _SLIGHT * self.extent
+
+    @cached_property
     def alike(self) -> NDArray[np.bool_]:
         """(P, P) patches that may be of one class."""
         return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..base.jit import inlined, jit, melted
-from ..geometry.pixel_kernels import LabelView, locate, turned
+from ..geometry.pixel_kernels import LabelView, locate, locate_level, turned
 from ..model.chain_kernels import Chain, place_seen
 from .covering_kernels import COVERED, cover, hide_by_markers
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
@@ -167,7 +167,10 @@ def said_of(
         times += limits.swollen_px * depth * s.perimeter[s.marker_of[p]] / (2 * s.area[p] * math.sqrt(f2))
         enlarge(A, b, s.centre[p], times, room)
         A_of_all, b_of_all = room.wide, room.moved
-    locate(A_of_all, b_of_all, on, view, room.at[0])
+    if limits.level:
+        locate_level(A_of_all, b_of_all, on, view, room.at[0])
+    else:
+        locate(A_of_all, b_of_all, on, view, room.at[0])
     if near:
         weigh_points(A_of_all, b_of_all, on, depth, room.weight)
     if n_near:

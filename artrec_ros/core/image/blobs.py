@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import accumulate
+from itertools import accumulate, compress
+from operator import not_
 
 import cv2
 import numpy as np
@@ -19,6 +20,7 @@ from .contour_kernels import outlines
 
 _CROWD_ROWS = 8  # every so many-th is looked at
 _CROWDED = 0.05  # changes between neighbours in a row, as a share of its pixels: decides on the time alone
+_FEW_CHANGES = 2_000  # in all rows: so few leave no room for many pinholes, and contours are drawn with them at once
 _LEAST_AROUND = 8  # pixels of a hole that has something in it
 _FEW_IN_HOLES = 2_000  # pixels: of more pinholes OpenCV takes longer to tell what lies in which than to label all parts
 _COARSER = 1.5  # from one tolerance to the next that is tried
@@ -88,9 +90,9 @@ def find_blobs(
         if deadline is not None and deadline.expired:
             break
         mask = (labels == label).view(np.uint8)
-        if _is_crowded(mask):
+        if (crowd := _crowd(mask)) > _CROWDED:
             mask = _without_specks(mask, config.min_blob_px)
-        chains = _outer_chains(mask, config.min_blob_px)
+        chains = _outer_chains(mask, config.min_blob_px, crowd)
         found += [(area, label, chain) for area, chain in _large_enough(chains, config)]
     if len(found) > config.blobs.max_blobs:
         found = sorted(found, key=lambda f: -f[0])[: config.blobs.max_blobs]
@@ -98,32 +100,38 @@ def find_blobs(
     return _outlined(found, labels.shape, np.array(blank, np.int64).reshape(-1, 4)) if found else ()
 
 
-def _outer_chains(mask: NDArray[np.uint8], least_px: float) -> list[NDArray[np.int32]]:
+def _outer_chains(mask: NDArray[np.uint8], least_px: float, crowd: float) -> list[NDArray[np.int32]]:
     """The external contours (n, 1, 2) of all that is set in a mask (H, W), what lies in another one's hole included, as
-    far as it has so many pixels: a red border around the scene hides no red robot."""
+    far as it has so many pixels: a red border around the scene hides no red robot. :param crowd: see `_crowd`."""
+    if crowd * mask.size < _FEW_CHANGES:
+        chains, holes = _chains_of_all(mask)
+        if sum(map(cv2.contourArea, holes)) < _FEW_IN_HOLES:
+            return chains
     chains = list(cv2.findContours(mask, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)[0])
     enclosed = sum(map(cv2.contourArea, chains)) + sum(map(len, chains)) / 2 + len(chains)  # see `_pixels_enclosed`
     in_holes = enclosed - cv2.countNonZero(mask)
     if in_holes < _LEAST_AROUND:
         return chains
     if in_holes < _FEW_IN_HOLES:
-        return _chains_of_all(mask)
+        return _chains_of_all(mask)[0]
     _, part, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=8)
     inner = stats[:, cv2.CC_STAT_AREA] >= least_px
     inner[[0, *(part[chain[0, 0, 1], chain[0, 0, 0]] for chain in chains)]] = False
-    return chains + _chains_of_all(inner.view(np.uint8)[part]) if inner.any() else chains
+    return chains + _chains_of_all(inner.view(np.uint8)[part])[0] if inner.any() else chains
 
 
-def _chains_of_all(mask: NDArray[np.uint8]) -> list[NDArray[np.int32]]:
-    """The external contours of all that is set in a mask, be it in others' holes."""
+def _chains_of_all(mask: NDArray[np.uint8]) -> tuple[list[NDArray[np.int32]], list[NDArray[np.int32]]]:
+    """The external contours of all that is set in a mask, be it in others' holes; and the holes'."""
     each, nesting = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_NONE)
-    return [chain for chain, parent in zip(each, nesting[0, :, 3].tolist(), strict=True) if parent < 0]
+    inside = [parent >= 0 for parent in nesting[0, :, 3].tolist()] if each else []
+    return list(compress(each, map(not_, inside))), list(compress(each, inside))
 
 
-def _is_crowded(mask: NDArray[np.uint8]) -> bool:
-    """Whether a mask (H, W) changes so often along its rows that most of its blobs must be specks."""
+def _crowd(mask: NDArray[np.uint8]) -> float:
+    """How often a mask (H, W) changes along its rows, as a share of its pixels: where that is often, most of its blobs
+    must be specks."""
     rows = mask[::_CROWD_ROWS]
-    return cv2.countNonZero(rows[:, 1:] ^ rows[:, :-1]) > _CROWDED * rows.size
+    return cv2.countNonZero(rows[:, 1:] ^ rows[:, :-1]) / max(rows.size, 1)
 
 
 def _without_specks(mask: NDArray[np.uint8], least_px: float) -> NDArray[np.uint8]:

@@ -135,7 +135,7 @@ def _guess() -> None:
 
 def _show() -> None:
     surface, poses = (finder := example().finder()).surface, example().ahead(finder)
-    finder.alternatives.read(example().frame, poses)
+    finder.alternatives.read([example().frame] * len(poses), poses)
     frames, patches = surface.kinematics.seen(poses.R, poses.t, poses.q), surface.markers
     surface.place(frames, surface.centre[patches], surface.component[patches])
     surface.shown(frames, patches, 1)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -61,9 +62,14 @@ class Alternatives:
         self._says = np.tile(log_share[palette], (len(several), 1, 1))
         self._independent, self._misread = config.identity_independent, config.misread
 
-    def read(self, frame: ImageFrame, poses: Poses) -> Reading:
-        """What the pixels of H poses say."""
-        by_class = self._independent * self._by_class(frame, poses)
+    def read(self, frames: Sequence[ImageFrame], poses: Poses) -> Reading:
+        """What the pixels of H poses say. :param frames: in which each is read."""
+        by_class, rows = np.empty((len(poses), *self._says.shape[:2])), dict[int, list[int]]()
+        for row, frame in enumerate(frames):
+            rows.setdefault(id(frame), []).append(row)
+        for mine in rows.values():
+            by_class[mine] = self._by_class(frames[mine[0]], poses[mine])
+        by_class *= self._independent
         shown = np.full(by_class.shape[:2], -1)
         if by_class.size:
             shown = np.where((by_class != 0).any(axis=2), by_class.argmax(axis=2), shown)

@@ -64,14 +64,7 @@ class Layouts:
                 of += [h] * len(others)
                 by_seen += [partly] * len(others)
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
-        which = np.array([id(look) for look in looks], np.int64)[whose]
-        order, parts = list[int](), list[Reading]()
-        for key, look in {id(look): look for look in looks}.items():
-            rows = np.flatnonzero(which == key)
-            order += rows.tolist()
-            parts.append(finder.alternatives.read(look, every[rows]))
-        back = np.argsort(order)
-        read = Reading(*(np.concatenate(kind)[back] for kind in zip(*parts, strict=True)))
+        read = finder.alternatives.read([looks[h] for h in whose.tolist()], every)
         return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), read)
 
     def evidence(self) -> Array:

@@ -2,20 +2,36 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
+from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.codes import OUTSIDE
 from ..image.image_frame import ImageFrame
 from ..image.segmentation import as_light
+from ..model.kinematics import Frames
 from .region_kernels import Regions, even_out_each
 from .surface_model import Poses, SpatialModel
 
 _MOST_IN = 0.6  # of the way to its middle at most, a marker's points are drawn in
+
+
+class _Figures(NamedTuple):
+    """H hypotheses in the image.
+
+    :ivar at: (H, 4 + J) the similarity of each, and by how much joints are moved. :ivar shown: (H,) whether the image
+        shows all of each: a view from above has no colours of what that does not show.
+    """
+
+    regions: Regions
+    at: Array
+    shown: NDArray[np.bool_]
 
 
 class RegionFit:
@@ -32,7 +48,8 @@ class RegionFit:
         most = [np.full(len(p.inside), _MOST_IN * r) for p, r in zip(patches, radius, strict=True)]
         points = [p.inside for p in patches] + [p.contour[free] for p, free in zip(patches, around, strict=True)]
         self._points = np.concatenate(points)
-        self._away = np.concatenate(inward + [o[free] for o, free in zip(outward, around, strict=True)])
+        away = np.concatenate(inward + [o[free] for o, free in zip(outward, around, strict=True)])
+        self._beyond = self._points + away
         self._most_m = np.concatenate([*most, np.full(int(around.sum()), np.inf)])
         self._on = np.concatenate([np.full(len(p), patches[i % len(patches)].component) for i, p in enumerate(points)])
         self._region = np.concatenate([np.full(len(p), i) for i, p in enumerate(points)])
@@ -46,8 +63,7 @@ class RegionFit:
 
         :param used: (H, M) markers that the labels support: joints that move none of these stay.
         """
-        config, (regions, at) = self._config, self._figures(frame, poses)  # in light, which lenses blend
-        shown = self._is_shown(frame, regions, at)
+        config, (regions, at, shown) = self._config, self._figures(frame, poses)  # in light, which lenses blend
         scale = frame.camera.focal_px / poses.t[:, 2]
         reach = self._reach(regions, scale)
         kin, component = self._surface.kinematics, self._surface.component[self._surface.markers]
@@ -83,15 +99,9 @@ class RegionFit:
     def evenness(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) the share of the variance of the colours on and around each hypothesis that is between its regions; 0
         where a part of it lies outside of the image."""
-        (regions, at), uneven = self._figures(frame, poses), np.empty(len(poses))
+        (regions, at, shown), uneven = self._figures(frame, poses), np.empty(len(poses))
         even_out_each(frame.colours, regions, at, at, 0, at, at, uneven)
-        return np.where(self._is_shown(frame, regions, at), 1.0 - uneven, 0.0)
-
-    @staticmethod
-    def _is_shown(frame: ImageFrame, regions: Regions, at: Array) -> NDArray[np.bool_]:
-        """(H,) whether the image shows all of each: a view from above has no colours of what that does not show."""
-        pixels = np.stack([regions.x, regions.y], axis=-1) + at[:, None, :2]
-        return np.asarray((frame.field.at(pixels) != OUTSIDE).all(axis=1))
+        return np.where(shown, 1.0 - uneven, 0.0)
 
     def _reach(self, regions: Regions, scale: Array) -> Array:
         """(H, 4 + J) how far similarities and joints may go. :param scale: (H,) pixels per metre."""
@@ -104,19 +114,29 @@ class RegionFit:
         each = np.column_stack([np.ones((len(size), 2)), size, size, np.maximum(arm, 1.0)])
         return np.asarray(self._config.region_reach_px / each)
 
-    def _figures(self, frame: ImageFrame, poses: Poses) -> tuple[Regions, Array]:
-        """Each hypothesis' points in the image, its similarity and by how much joints are moved (H, 4 + J)."""
-        camera, config, depth = frame.camera, self._config, poses.t[:, 2]
+    def _figures(self, frame: ImageFrame, poses: Poses) -> _Figures:
+        """Each hypothesis' points in the image."""
+        camera, depth = frame.camera, poses.t[:, 2]
         frames = self._surface.kinematics.seen(poses.R, poses.t, poses.q)
         scale, origin = camera.focal_px / depth, project(camera, poses.t)  # scale: pixels per metre
-        at, beyond = (self._surface.place(frames, p, self._on) for p in (self._points, self._points + self._away))
-        away_m = np.minimum(config.region_ring_px / scale[:, None], self._most_m)
-        pixels = project(camera, at + away_m[..., None] * (beyond - at))
-        x, y = np.ascontiguousarray((pixels - origin[:, None]).transpose(2, 0, 1))
+        at, moved = (self._surface.place(frames, points, self._on) for points in (self._points, self._beyond))
+        moved -= at  # in place: these are large
+        moved *= np.minimum(self._config.region_ring_px / scale[:, None], self._most_m)[..., None]
+        moved += at
+        pixels = project(camera, moved)
+        x, y = (pixels[..., i] - origin[:, i : i + 1] for i in range(2))
+        start = np.zeros((len(depth), 4 + poses.q.shape[1]))
+        start[:, :2], start[:, 3] = origin, 1.0
+        regions = Regions(x, y, self._region, self._count, self._moved, *self._joints(frames, scale, origin, camera))
+        return _Figures(regions, start, np.asarray((frame.field.at(pixels) != OUTSIDE).all(axis=1)))
+
+    def _joints(self, frames: Frames, scale: Array, origin: Array, camera: Camera) -> tuple[Array, Array]:
+        """`Regions.turns` and `Regions.at`, of hypotheses at such a scale (H,) with their origins at pixels (H, 2)."""
+        if not len(self._order):
+            return np.zeros((len(scale), 0)), np.zeros((len(scale), 0, 2))
         axis, joint_at = frames.axis[:, self._order], project(camera, frames.origin[:, self._order]) - origin[:, None]
         revolute = self._surface.kinematics.revolute[self._order]
-        at = np.column_stack([origin, np.zeros(len(depth)), np.ones(len(depth)), np.zeros(poses.q.shape)])
         # in one order in memory, whatever indexing gives: another one is compiled for anew
         turns = np.ascontiguousarray(np.where(revolute, np.sign(axis[..., 2]), 0.0))
         about = np.ascontiguousarray(np.where(revolute[:, None], joint_at, axis[..., :2] * scale[:, None, None]))
-        return Regions(x, y, self._region, self._count, self._moved, turns, about), at
+        return turns, about

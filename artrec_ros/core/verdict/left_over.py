@@ -84,6 +84,7 @@ class LeftOvers:
         self._reach = _reach(self._kin, self._middle, self._of)
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
+        self._spares = dict[frozenset[int], float]()
         self._exclusive = {c for c, own in enumerate(labels) if own.isdisjoint(others[c])}
 
     def of(
@@ -117,7 +118,7 @@ class LeftOvers:
 
     def is_in_doubt(self, seen: Collection[int]) -> bool:
         """Whether an object of which some components are seen is not sure if it leaves something."""
-        return _share(self._config, self._spare(sorted(seen))) <= self._config.search.sure
+        return _share(self._config, self._spare(frozenset(seen))) <= self._config.search.sure
 
     def may_be_sure(self, missing: Collection[int]) -> bool:
         """Whether one of some components is of a class that no other one has, so that a blob may be it and no other."""
@@ -184,7 +185,7 @@ class LeftOvers:
             here = int(np.argmin(np.where(free, off, np.inf)))
             if free[here] and np.isfinite(off[here]):
                 found[c], free[here] = blobs[here], False
-        return LeftOver(found, self._spare(sorted(seen))) if found else _NOTHING
+        return LeftOver(found, self._spare(frozenset(seen))) if found else _NOTHING
 
     def _as_large(self, area_px: Array, size_px: Array) -> NDArray[np.bool_]:
         """(B,) which blobs are about as large as one of a component's markers (m,)."""
@@ -198,12 +199,15 @@ class LeftOvers:
         beside = 2 * np.sqrt(self._area[self._of == component].max() / np.pi)
         return np.asarray((self._reach[component, self._of[shown]] + beside) * scale, np.float64)
 
-    def _spare(self, seen: Sequence[int]) -> float:
+    def _spare(self, seen: frozenset[int]) -> float:
         """By how many numbers the places of what is seen tell more than a pose and the joints between them have."""
-        rounds = np.array([bool(self._round[self._of == c].all()) for c in seen])
-        told, free = ((2, 3), 4) if self._finder.facing else ((3, 6), 6)
-        moves = self._kin.moves[list(seen)]
-        return float(np.where(rounds, *told).sum() - free - (moves.any(axis=0) & ~moves.all(axis=0)).sum())
+        if seen not in self._spares:
+            rounds = np.array([bool(self._round[self._of == c].all()) for c in seen])
+            told, free = ((2, 3), 4) if self._finder.facing else ((3, 6), 6)
+            moves = self._kin.moves[list(seen)]
+            between = (moves.any(axis=0) & ~moves.all(axis=0)).sum()
+            self._spares[seen] = float(np.where(rounds, *told).sum() - free - between)
+        return self._spares[seen]
 
 
 def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver) -> Detection:

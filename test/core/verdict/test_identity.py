@@ -321,7 +321,7 @@ def test_what_is_turned_away_says_nothing(name, heading):
     surface, frame = flags(at, name)
     alternatives = Alternatives(surface, DEFAULTS.verdict)
     assert alternatives.contradicted(frame, at)[0] == pytest.approx(0.0, abs=1e-6)
-    evidence = alternatives.read(frame, at).evidence[0]
+    evidence = alternatives.read([frame], at).evidence[0]
     assert alternatives.identities[int(evidence.argmax())].name == name
 
 

@@ -55,7 +55,8 @@ class Camera:
     @cached_property
     def rational(self) -> Array:
         """(8,) coefficients k1 k2 p1 p2 k3 k4 k5 k6 of OpenCV's rational model; those that are not given are 0."""
-        return readonly(np.pad(self.distortion, (0, max(0, 8 - len(self.distortion))))[:8])
+        known = self.distortion[:8]
+        return readonly([*known.tolist(), *[0.0] * (8 - len(known))])
 
     @cached_property
     def focal_px(self) -> float:
@@ -77,6 +78,8 @@ class Camera:
     @cached_property
     def fold(self) -> float:
         """Squared normalised radius up to which the lens' radial factor grows; points behind it would fold back."""
+        if not self.bent:
+            return _MAX_RADIUS**2
         k1, k2, _, _, k3, k4, k5, k6 = self.rational
         r = np.linspace(0, _MAX_RADIUS, 3001)
         r2 = r * r

@@ -111,6 +111,8 @@ class SpatialModel:
         self.area = np.array([p.area for p in self.patches])
         self.role = np.array([self._role(p) for p in self.patches])
         self.markers = np.flatnonzero(self.is_marker)
+        # their columns among those of all patches: a view of these where there are no others
+        self.marker_columns = slice(None) if self.is_marker.all() else self.markers
         # those faces of bodies that can be told
         self.classed_faces = [n for n, p in enumerate(self.patches) if p.marker is None and p.labels]
         self.marker_labels = tuple(self.patches[p].labels for p in self.markers)

@@ -43,7 +43,7 @@ class Voter:
 
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
-        m, config = self.surface.markers, self._config
+        m, config = self.surface.marker_columns, self._config
         seen = (scores.area_px[:, m] > config.min_blob_px) & (scores.agree[:, m] > config.votes.supported_agree)
         return np.asarray(seen & (scores.votes[:, m] > 0))
 
@@ -54,7 +54,7 @@ class Voter:
     def lacks_px(self, scores: PatchScores) -> Array:
         """(H, M) pixels of each marker that are not of its class, less what a rim around it can take: 0 or less of one
         that is seen whole."""
-        surface, m = self.surface, self.surface.markers
+        surface, m = self.surface, self.surface.marker_columns
         area_px: Array = scores.area_px[:, m]
-        around_px = surface.perimeter * np.sqrt(area_px / surface.compiled.area[m])
+        around_px = surface.perimeter * np.sqrt(area_px / surface.area[m])
         return np.asarray((1 - scores.agree[:, m]) * area_px - surface.votes.ring_px * around_px, np.float64)

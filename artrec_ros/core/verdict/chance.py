@@ -124,7 +124,7 @@ def _ways(finder: WholeObjectFinder, confirmed: NDArray[np.int64]) -> float:
 
 def _bears(finder: WholeObjectFinder, seen: _Blobs) -> NDArray[np.bool_]:
     """(C, B) which blobs are of a class of which each component may be."""
-    return finder.surface.may_show[:, seen.label]
+    return finder.surface.may_show.take(seen.label, axis=1)
 
 
 def _surety(verdict: Verdict) -> float:

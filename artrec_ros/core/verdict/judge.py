@@ -217,6 +217,6 @@ def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
 
 def _is_free(verdicts: Verdicts) -> NDArray[np.bool_]:
     """(H,) whether enough of each is nobody else's: what others leave of their rims is no object."""
-    claims, m = verdicts.claims, verdicts.claims.finder.surface.markers
+    claims, m = verdicts.claims, verdicts.claims.finder.surface.marker_columns
     free_px, full_px = (px[:, m].sum(axis=1) for px in (claims.scores.area_px, claims.seen.full_px))
     return np.asarray(free_px >= claims.finder.config.verdict.least_free * full_px)

@@ -90,8 +90,10 @@ class LabelField:
 
     @cached_property
     def padded_labels(self) -> NDArray[np.uint8]:
-        """What each code of `padded` is named."""
-        return self.padded if self.meaning is LABELS else cv2.LUT(self.padded, self.meaning.label).ravel()
+        """What each code is named, with a border of one pixel, row by row; EMPTY in an image of labels alone."""
+        if self.meaning is LABELS:
+            return self.padded
+        return cv2.copyMakeBorder(self.labels, 1, 1, 1, 1, cv2.BORDER_CONSTANT, value=OUTSIDE).ravel()
 
     def blanked(self, code: int) -> NDArray[np.uint8]:
         """(H, W) the codes, with one of their own where nothing is known; not to be changed."""

@@ -13,7 +13,7 @@ from .colour_fit import ColourFit
 from .edges import would_show
 from .pose_fit import ContourFit, contour_fit, fit_poses
 from .region_fit import RegionFit
-from .surface_model import Poses
+from .surface_model import PatchScores, Poses
 from .voter import Voter
 
 
@@ -39,22 +39,27 @@ class Resting:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
         whose votes fall far, and those that would leave a marker in use: what speaks for an object is not given up.
         None leaves the scene's floor."""
+        return self._settled(frame, poses, used)[0]
+
+    def _settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[Poses, PatchScores]:
+        """The same, and what the labels say of them."""
         both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.sides.with_all(used), last=True)])
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)
         had, has = self._voter.supported(scores).reshape(2, *used.shape)
         kept = (after > self._config.search.settled_votes * before) & ~(used & had & ~has).any(axis=1)
         kept &= ~self._left_floor(frame, both)
-        return both[np.arange(len(poses)) + len(poses) * kept]
+        rows = np.arange(len(poses)) + len(poses) * kept
+        return both[rows], scores[rows]
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what
         faces the camera not on those of what covers part of it."""
-        settled = self.settled(frame, poses, used)
+        settled, scores = self._settled(frame, poses, used)
         fitted = self.on_colours(frame, settled, used)
         if not self._facing or fitted is settled:
             return fitted
-        covered = (used & (self._voter.lacks_px(self._voter.judge(frame, settled, occlusion=True)) > 0)).any(axis=1)
+        covered = (used & (self._voter.lacks_px(scores) > 0)).any(axis=1)
         return Poses.concatenate([fitted, settled])[np.arange(len(poses)) + len(poses) * covered]
 
     def on_colours(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
@@ -94,8 +99,10 @@ class Resting:
 
     def _left_floor(self, frame: ImageFrame, both: Poses) -> NDArray[np.bool_]:
         """(H,) which of H poses in space stood on the scene's floor, and do so no longer as the next H."""
+        if self._facing:
+            return np.zeros(len(both) // 2, bool)
         stood, stand = frame.scene.stand(both.R, both.t).reshape(2, -1)
-        return np.asarray(stood & ~stand & (not self._facing))
+        return np.asarray(stood & ~stand)
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""

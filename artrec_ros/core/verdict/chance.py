@@ -14,7 +14,6 @@ these as there are blobs.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -24,7 +23,6 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import Poses
 from .acceptance import Verdict
@@ -155,9 +153,7 @@ def _explained_by(
     return np.asarray((inside[..., 0] & inside[..., 1] & _bears(finder, seen)).any(axis=1))
 
 
-def by_chance(detection: Detection, times: float) -> Detection:
-    """A detection as sure as it is where chance bears it out so many times as easily, and its components as much less
-    sure."""
-    share = 1 / (detection.score + (1 - detection.score) * times)
-    parts = tuple(part.rated(part.score * share) for part in detection.components)
-    return replace(detection, score=detection.score * share, components=parts, beyond_chance=share)
+def beyond_chance(score: float, times: float) -> float:
+    """The share of an object's probability that is left where chance bears it out so many times as easily; its
+    components are as much less sure."""
+    return 1 / (score + (1 - score) * times)

@@ -19,7 +19,7 @@ from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
-from .chance import Chances, by_chance
+from .chance import Chances, beyond_chance
 from .claims import claims_of
 from .identity import Identifier, doubted, one_of_these
 from .in_view import Part, Parts, PartsInView, Shows
@@ -103,13 +103,13 @@ class Describer:
         parts, view = self._in_view.of(verdicts, told, frames, frame, among, classes)
         missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
         left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
+        times = [1.0] * len(poses)
+        if self._chances is not None:
+            times = self._chances.times(verdicts, frame, blobs, among or verdicts).tolist()
         detections = [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks)
+            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks, times[n])
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        if self._chances is not None:
-            times = self._chances.times(verdicts, frame, blobs, among or verdicts)
-            detections = [by_chance(d, float(t)) for d, t in zip(detections, times, strict=True)]
         detections = [
             d if e is None else replace(_beside(d, e), other_turn=None)
             for d, e in zip(detections, rest.elsewhere, strict=True)
@@ -158,7 +158,9 @@ class Describer:
         covariance: Array | None,
         identity: IdentityFit | None,
         missing: tuple[Missing, ...],
+        times: float,
     ) -> Detection:
+        """:param times: how many times as easily as elsewhere chance bears it out."""
         target, kin = self.finder.target, self.finder.surface.kinematics
         root = next(p for p in parts if p.component == target.model.required.name)
         if not verdict.required_shown:
@@ -175,18 +177,21 @@ class Describer:
         if covariance is not None:  # within its limits who knows nothing is off by no more
             most = (kin.upper - kin.lower) / np.sqrt(12)
             deviations = {name: float(min(np.sqrt(covariance[6 + j, 6 + j]), most[j])) for j, name in joints}
+        score = one_of_these(verdict.probability, identity)
+        share = beyond_chance(score, times)
         return Detection(
             target.name,
             number,
-            one_of_these(verdict.probability, identity),
+            score * share,
             ImagePose(root.x, root.y, root.theta, root.scale),
-            parts,
+            tuple(part.rated(part.score * share) for part in parts) if share < 1 else parts,
             Pose(pose.R[0], pose.t[0]),
             {name: float(pose.q[0, j]) for j, name in joints},
             None if covariance is None else covariance[:6, :6].copy(),
             identity=identity,
             joint_deviations=deviations,
             missing=missing,
+            beyond_chance=share,
         )
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:

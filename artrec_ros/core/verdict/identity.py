@@ -54,13 +54,9 @@ class Identifier:
         names, least = [i.name for i in self.identities], self._config.min_identity_probability
         layouts = layouts or Layouts.around(self._finder, frame, poses)
         shows, evidence = self._shown(layouts, told)
-        fits = named(evidence, names, self._unique, least)
-        return [
-            replace(fit, listed=listed)
-            if shown
-            else replace(fit, name=None, probability=0.0, runner_up=None, evidence={})
-            for fit, shown, listed in zip(fits, shows, layouts.one_of_them().tolist(), strict=True)
-        ]
+        fits = named(evidence, names, self._unique, least, layouts.one_of_them().tolist())
+        none = IdentityFit(None, 0.0, None, self._unique, least)
+        return [fit if shown else none for fit, shown in zip(fits, shows.tolist(), strict=True)]
 
     def _shown(self, layouts: Layouts, told: Sequence[Collection[int]]) -> tuple[NDArray[np.bool_], Array]:
         """(H,) which objects show a component that tells identities, and (H, N) the `evidence`, 0 of those that do
@@ -114,17 +110,21 @@ def one_of_each(
     return told, tuple(Rejection(d.object, NONE_LEFT, d.score, d.image.x, d.image.y) for d in others)
 
 
-def named(evidence: Array, names: Sequence[str], unique: bool, least: float) -> list[IdentityFit]:
+def named(
+    evidence: Array, names: Sequence[str], unique: bool, least: float, listed: Sequence[float] = ()
+) -> list[IdentityFit]:
     """The best naming of H objects with `evidence` (H, N), and each one's runner-up.
 
     :param unique: whether a name may be given once only. Of more objects than names some have none: those of which the
         pixels tell least, for one without a name is worth the mean of what it would be with each.
-    :param least: probability below which no name is told.
+    :param least: probability below which no name is told. :param listed: (H,) as of `IdentityFit`; not given: surely.
     """
     choose, spare = (_together, max(len(evidence) - len(names), 0)) if unique else (_each, 0)
     evidence = np.hstack([evidence, np.tile(evidence.mean(axis=1, keepdims=True), spare)])
     best = choose(evidence)
-    return [_fit(evidence, names, unique, least, choose, best, i) for i in range(len(best))]
+    value = _value(evidence, best)
+    known = listed or [SURE] * len(best)
+    return [_fit(evidence, names, unique, least, choose, best, value, i, known[i]) for i in range(len(best))]
 
 
 def doubted(fits: Sequence[IdentityFit | None], there: Sequence[float], misread: float) -> list[IdentityFit | None]:
@@ -181,22 +181,27 @@ def _fit(
     least: float,
     choose: Callable[[Array], list[int]],
     best: Sequence[int],
+    value: float,
     i: int,
+    listed: float,
 ) -> IdentityFit:
-    """Object `i` under the best naming of all, against the best in which it has another name."""
+    """Object `i` under the best naming of all, against the best in which it has another name.
+
+    :param value: of the best naming.
+    """
     known = dict(zip(names, evidence[i].tolist(), strict=False))  # what is beyond them is no name
     if best[i] >= len(names):
-        return IdentityFit(None, 0.0, None, unique, least, known)
+        return IdentityFit(None, 0.0, None, unique, least, known, listed)
     other = evidence.copy()
     other[i, best[i]] = _NOT_KNOWN
     rival = choose(other)
     if rival[i] == best[i]:  # there is no other name for it
-        return IdentityFit(names[best[i]], 1.0, None, unique, least, known)
-    margin = _value(evidence, best) - _value(evidence, rival)
+        return IdentityFit(names[best[i]], 1.0, None, unique, least, known, listed)
+    margin = value - _value(evidence, rival)
     probability = float(1 / (1 + np.exp(-min(margin, SURE))))
     told = names[best[i]] if probability >= least else None
     runner_up = names[rival[i]] if rival[i] < len(names) else None
-    return IdentityFit(told, probability, runner_up, unique, least, known)
+    return IdentityFit(told, probability, runner_up, unique, least, known, listed)
 
 
 def _each(evidence: Array) -> list[int]:

@@ -143,7 +143,7 @@ def test_points_move_with_every_joint_that_carries_them(turn):
     figures = [
         finder.rest.regions._figures(frame, Poses(there.R, there.t, np.array([q]))) for q in ((0.01, 0.2), (0.03, 0.5))
     ]
-    one, other = (regions for regions, _ in figures)
+    one, other = (figure.regions for figure in figures)
     moved = np.array([0.02, 0.3])[finder.rest.regions._order]
     x, y = np.empty((2, one.x.shape[1]))
     figure = Regions(one.x[0], one.y[0], one.region, one.n_regions, one.moved, one.turns[0], one.at[0])
@@ -160,7 +160,7 @@ def test_however_many_and_however_jointed_they_are_the_same_code_fits_them():
         there = begin(frame.camera)
         for n in (1, 2):
             poses = Poses(*(np.repeat(v, n, axis=0) for v in (there.R, there.t, np.array([q], float).reshape(1, -1))))
-            regions, _ = finder.rest.regions._figures(frame, poses)
+            regions = finder.rest.regions._figures(frame, poses).regions
             assert all(np.asarray(part).flags.c_contiguous for part in regions)
 
 

@@ -10,12 +10,11 @@ from squares import TEAM, Placing, hinge, patch, rendered
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict.chance import Chances, by_chance
+from artrec_ros.core.verdict.chance import Chances, beyond_chance
 
 SIZE, SCALE = (480, 360), 100.0
 SQUARE = np.array([(-0.06, -0.06), (0.06, -0.06), (0.06, 0.06), (-0.06, 0.06)])
@@ -136,8 +135,21 @@ def test_an_object_of_one_component_is_told_by_its_looks():
     assert [d.score for d in told] == [d.score for d in without]
 
 
-def test_odds_are_divided_and_its_components_are_as_much_less_sure():
-    part = Instance("body", "body", 0.8, 0.0, 0.0, 0.0, 1.0)
-    detection = by_chance(Detection("card", 0, 0.9, ImagePose(0.0, 0.0, 0.0, 1.0), (part,)), 3.0)
-    assert detection.score / (1 - detection.score) == pytest.approx(9 / 3)
-    assert detection.components[0].score == pytest.approx(0.8 * detection.score / 0.9)
+def test_odds_are_divided():
+    score = 0.9 * beyond_chance(0.9, 3.0)
+    assert score / (1 - score) == pytest.approx(9 / 3)
+
+
+@pytest.mark.parametrize("score", np.random.default_rng(4).uniform(0, 1, 50))
+def test_where_chance_makes_nothing_nothing_is_less_sure(score):
+    assert beyond_chance(float(score), 1.0) == 1.0
+
+
+def test_components_are_as_much_less_sure_as_their_object():
+    rng = np.random.default_rng(0)
+    there = Card(*rng.uniform((60, 60), np.subtract(SIZE, 60)), rng.uniform(-np.pi, np.pi), SCALE)
+    picture = amid([there], 130, rng)
+    one, other = (found(picture, **values).detections[0] for values in ({}, {"chance_share": NONE}))
+    assert one.beyond_chance < 1 and one.score == pytest.approx(other.score * one.beyond_chance)
+    scores = [part.score * one.beyond_chance for part in other.components]
+    assert [part.score for part in one.components] == pytest.approx(scores)

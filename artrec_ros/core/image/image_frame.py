@@ -68,9 +68,9 @@ class ImageFrame:
 
     def without(self, solids: Sequence[NDArray[np.float32]], *, nearer: bool = False) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody: see `LabelField`."""
-        return self.of(self.field.without(solids, nearer=nearer)) if solids else self
+        return self.labelled(self.field.without(solids, nearer=nearer)) if solids else self
 
-    def of(self, labels: LabelField) -> ImageFrame:
+    def labelled(self, labels: LabelField) -> ImageFrame:
         """The same frame with other labels."""
         return replace(self, field=labels)
 

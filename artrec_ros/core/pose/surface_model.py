@@ -207,6 +207,11 @@ class SpatialModel:
         return count, each
 
     @cached_property
+    def choices(self) -> Array:
+        """(C,) logarithms of how many classes each component's markers may be of."""
+        return np.asarray(np.log([len(own) for own in self.labels]), np.float64)
+
+    @cached_property
     def may_show(self) -> NDArray[np.bool_]:
         """(C, 256) whether each component's markers may be of a class."""
         return np.array([np.isin(np.arange(256), own) for own in self.labels])

@@ -215,7 +215,8 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     out = np.empty(n[0])
     probabilities(_curves(finder.facing), found.case, found.evidence, out)
     times = _of_several(found.confirmed, surface)
-    times[_ONE_OF_ITS_BODY[found.case]] *= 1 + by.rigid.sum()
+    if (one := _ONE_OF_ITS_BODY[found.case]).any():
+        times[one] *= 1 + by.rigid.sum()
     times = sizes * times
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
@@ -255,8 +256,7 @@ def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
 
     :param confirmed: (H, C)
     """
-    choices = np.log([len(labels) for labels in surface.labels])
-    mean = confirmed @ choices / np.maximum(confirmed.sum(axis=1), 1)
+    mean = confirmed @ surface.choices / np.maximum(confirmed.sum(axis=1), 1)
     return np.asarray(np.exp(mean), np.float64)
 
 

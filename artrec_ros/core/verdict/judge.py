@@ -97,20 +97,14 @@ class Judge:
         claims, confirmed = verdicts.claims, verdicts.confirmed
         wanted = min(self.min_components, confirmed.shape[1])
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
-        shown = self._shows_required(verdicts, unseen=True) & (confirmed.sum(axis=1) >= wanted)
+        # or it cannot be seen: that is no matter here
+        shown = (verdicts.required_shown | _WITHOUT_REQUIRED[verdicts.case]) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
         return np.asarray(enough & shown & held & _has_direction(verdicts) & _is_free(verdicts))
 
-    def _shows_required(self, verdicts: Verdicts, *, unseen: bool) -> NDArray[np.bool_]:
-        """(H,) whether the required component is shown, or cannot be seen where that is no matter."""
-        shown = verdicts.required_shown
-        if not unseen:
-            return shown
-        return np.asarray(shown | _WITHOUT_REQUIRED[verdicts.case])
-
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
-        return bool(self._shows_required(verdict.among, unseen=self.unseen)[verdict.row])
+        return verdict.required_shown or bool(self.unseen and _WITHOUT_REQUIRED[verdict.among.case[verdict.row]])
 
     def tells(self, verdict: Verdict) -> bool:
         """Whether an object is told, and does not only own its pixels: its required component is seen, and what is

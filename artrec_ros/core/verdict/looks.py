@@ -61,4 +61,4 @@ class Looks:
         """A frame without the pixels of the last owners too. :param solids: their silhouettes, as of `without`."""
         if owners not in self._left:
             self._left[owners] = frame.without(solids()).field
-        return frame.of(self._left[owners])
+        return frame.labelled(self._left[owners])

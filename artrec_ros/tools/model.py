@@ -134,7 +134,7 @@ def _reach(found: Ambiguities, camera: Camera) -> Iterator[str]:
     """From how far markers are told."""
     yield (
         f"With a camera of {camera.size[0]} x {camera.size[1]} pixels and a focal length of {focal_px(camera):.0f} px, "
-        "markers seen straight on; turned by 60 degrees, half as far:"
+        "markers seen straight on; turned by 60 degrees, half as far; sizes of the narrowest rectangle around:"
     )
     yield from table(found, camera)
 

@@ -228,6 +228,26 @@ def test_a_category_is_of_the_object_that_it_names_though_others_have_its_keypoi
         assert not [line for line in problems if "identity" in line or "none of the objects" in line], problems
 
 
+def test_other_objects_in_the_same_file_are_no_problem(tmp_path, config, capsys):
+    """Of two teams' robots, and a ball, in one file of annotations the file of one team knows its own."""
+    names = [f"{part}/{part}.{end}" for part in ("team", "left", "right") for end in ("tail", "head")]
+    categories = [("blue_gr", names), ("yellow_first", names), ("ball", ["ball/ball.centre", "ball/ball.edge"])]
+    points = [[v for n in range(len(keys)) for v in (10.0 + 7 * n, 12.0 + n * n, 2)] for _, keys in categories]
+    content = {
+        "images": [{"id": 1, "file_name": "a.png"}],
+        "categories": [{"id": n, "name": name, "keypoints": keys} for n, (name, keys) in enumerate(categories)],
+        "annotations": [{"image_id": 1, "id": n, "category_id": n, "keypoints": own} for n, own in enumerate(points)],
+    }
+    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 80), np.uint8))
+    (tmp_path / "coco.json").write_text(json.dumps(content))
+    assert inspect(capsys, config / "objects/mirosot.yaml", tmp_path / "coco.json")[2] == []
+    content["categories"] = content["categories"][2:]
+    content["annotations"] = content["annotations"][2:]
+    (tmp_path / "coco.json").write_text(json.dumps(content))
+    (problem,) = inspect(capsys, config / "objects/mirosot.yaml", tmp_path / "coco.json")[2]
+    assert "category 'ball' is of none of the objects" in problem
+
+
 def test_regions_are_told_beside_objects_and_are_no_problem_alone(tmp_path, capsys):
     cv2.imwrite(str(tmp_path / "a.png"), np.zeros((60, 80, 3), np.uint8))
     content = {

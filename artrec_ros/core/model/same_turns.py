@@ -34,11 +34,13 @@ _WITHIN = 0.8  # of joints' limits: beyond, the turned one's own could stand in 
 class SameTurn(NamedTuple):
     """A turn about an axis.
 
-    :param axis: (3,) a unit vector of the object's frame. :param angle_rad: the smallest turn.
+    :param axis: (3,) a unit vector of the object's frame. :param through: (3,) a point on it, metres.
+    :param angle_rad: the smallest turn.
     :param places: components that lie where others did. :param bent: those whose joints are bent otherwise.
     """
 
     axis: Array
+    through: Array
     angle_rad: float
     places: Mapping[str, str]
     bent: Sequence[str]
@@ -112,7 +114,7 @@ class Looks:
         """A turn about an axis through the middle of what no joint moves, if all looks the same after it."""
         R = rotation_from_rotvec(angle_rad * axis)
         laid = self._after([Pose(R, self._middle - R @ self._middle)] * _LOOKS)
-        return None if laid is None else SameTurn(axis, angle_rad, *laid)
+        return None if laid is None else SameTurn(axis, self._middle, angle_rad, *laid)
 
     def same_after(self, turn: Pose) -> bool:
         """Whether all looks the same after a turn in the required component's frame."""

@@ -36,7 +36,7 @@ def enough_of(
     lacking = [_lack(d, finder, judge) for d in ordered]
     told = [d for d, lack in zip(ordered, lacking, strict=True) if lack is None]
     others = [(d, lack) for d, lack in zip(ordered, lacking, strict=True) if lack is not None]
-    reasons = [Rejection(d.object, lack, d.score, d.image.x, d.image.y) for d, lack in others]
+    reasons = [Rejection(d.object, lack, d.there, d.image.x, d.image.y) for d, lack in others]
     return [d if d.id == n else replace(d, id=n) for n, d in enumerate(told)], [d for d, _ in others], reasons
 
 

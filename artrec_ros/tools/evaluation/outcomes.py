@@ -68,9 +68,12 @@ class Outcome:
 
     @property
     def position_error_m(self) -> float | None:
+        """Of the object's origin, of what is told in another turn in which it looks the same of the point about which
+        it is turned."""
         if self._found_pose is None or self.truth.pose is None:
             return None
-        return float(np.linalg.norm(self._found_pose.position - self.truth.pose.position))
+        at = self.looks.middle if self.turned_alike else np.zeros(3)
+        return float(np.linalg.norm(self._found_pose.apply(at) - self.truth.pose.apply(at)))
 
     @property
     def position_error(self) -> float | None:

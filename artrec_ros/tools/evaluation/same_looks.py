@@ -27,18 +27,21 @@ class SameLooks:
     """Rotations after which an object looks as it did.
 
     :param turns: (k, 3, 3) of the object's frame, none among them. :param bent: (k) joints that must be bent otherwise
-        for it. :param round: (r, 3) axes about which any turn does, whatever joints do.
+        for it. :param round: (r, 3) axes about which any turn does, whatever joints do. :param middle: (3,) metres: all
+        axes go through it.
     """
 
     turns: Array
     bent: Sequence[frozenset[str]]
     round: Array
+    middle: Array
 
     @classmethod
     def of(cls, model: ObjectModel) -> SameLooks:
         turns = same_turns(model)
         axes = [turn.axis for turn in turns if turn.is_round and not turn.bent]
-        return cls(*_all_of(turns), np.array(axes).reshape(-1, 3))
+        middle = turns[0].through if turns else np.zeros(3)
+        return cls(*_all_of(turns), np.array(axes).reshape(-1, 3), middle)
 
     def error_rad(self, true: Array, found: Array, as_true: Collection[str] = ()) -> float:
         """How far a rotation is from the nearest one that looks like the true one.
@@ -95,7 +98,7 @@ def told_otherwise(o: TrueObject, names: Mapping[str, str]) -> TrueObject:
     )
 
 
-AS_IT_IS = SameLooks(np.eye(3)[None], (frozenset(),), np.zeros((0, 3)))
+AS_IT_IS = SameLooks(np.eye(3)[None], (frozenset(),), np.zeros((0, 3)), np.zeros(3))
 
 
 def turned_alike(outcomes: Sequence[tuple[str, Outcome]]) -> Iterator[str]:
@@ -107,7 +110,7 @@ def turned_alike(outcomes: Sequence[tuple[str, Outcome]]) -> Iterator[str]:
             off = [o.turn_told_rad or 0.0 for o in mine]
             yield (
                 f"'{name}' looks the same after some turns (artrec model says which): {alike} of {len(off)} "
-                f"rotations are off by such a one, which no picture tells; rotation errors are those from the nearest "
+                f"rotations are off by such a one, which no picture tells; errors of poses are those from the nearest "
                 f"(from the truth as it is: {np.degrees(np.median(off)):.2f} deg in the median), joints count as told"
             )
 

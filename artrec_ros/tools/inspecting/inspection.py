@@ -106,28 +106,41 @@ def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel
         yield f"{path}: {len(missing)} of its images are not there, such as {missing[0]}"
     if not coco.objects and not any(coco.bare.values()):
         yield f"{path}: holds no annotation with keypoints"
+    any_named = any(_is_named(category, *named) for category in coco.categories for named in models.items())
+    strange, fit = dict[str, str](), False
     for category in coco.categories if models else ():
         reasons = []
         for model in _likeliest_first(models, category):
             try:
                 coco.of([category]).examples(model)
-                yield from _identities([o for o in coco.objects if o.category == category], model)
+                if any(_is_named(category, *named) for named in models.items()) or not any_named:
+                    yield from _identities([o for o in coco.objects if o.category == category], model)
+                fit = True
                 break
             except ConfigError as error:
                 reasons.append(str(error))
         else:
-            yield f"{path}: category '{category}' is of none of the objects: {reasons[0]}"
+            strange[category] = reasons[0]
+    for category, reason in strange.items():
+        if not fit or any(_is_named(category, *named) for named in models.items()):  # else it is another object's
+            yield f"{path}: category '{category}' is of none of the objects: {reason}"
 
 
 def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterator[ObjectModel]:
     """Objects, first those whose name a category is, or begins with: several may have the same keypoints."""
+    order = sorted(models.items(), key=lambda named: _is_named(category, *named), reverse=True)
+    yield from (model for _, model in order)
 
-    def named(key: str) -> bool:
-        name = key.rpartition(": ")[2]
-        identities = {i.name for i in identities_of(models[key])}
-        return category == name or category.startswith(f"{name}_") or category in identities
 
-    yield from (models[key] for key in sorted(models, key=named, reverse=True))
+def _is_named(category: str, key: str, model: ObjectModel) -> bool:
+    """Whether a category is, or begins with, an object's name, or is, or ends with, one of its identities.
+
+    :param key: as `_models` has it.
+    """
+    name = key.rpartition(": ")[2] if ": " in key else model.name  # files alone are named by their paths
+    identities = {i.name for i in identities_of(model)}
+    told = category in identities or any(category.endswith(f"_{one}") for one in identities)
+    return told or category == name or category.startswith(f"{name}_")
 
 
 def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Iterator[str]:

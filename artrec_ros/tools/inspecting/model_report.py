@@ -17,6 +17,7 @@ from ...core.geometry.transforms import Array
 from ...core.model.objects import ObjectModel
 from ...core.model.surface import ASLANT, patches_of
 from ...core.model.target import Target
+from .rows import in_rows
 from .shared_classes import shared_classes
 from .structure import shortened, split_sides, structure
 from .whole_turns import whole_turns
@@ -95,7 +96,8 @@ def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) 
     :param camera: None: nothing of what depends on how far off the object is.
     """
     lines = [
-        *(f"warning: {line}" for line in chain(_hardly_meant(found.model, 0), shared_classes(found.model))),
+        *(f"warning: {line}" for line in _hardly_meant(found.model, 0)),
+        *(f"warning: {line}" for line in chain(shared_classes(found.model), in_rows(found.model))),
         *whole_turns(found.model),
         *_own_turns(found),
         *_same(found),

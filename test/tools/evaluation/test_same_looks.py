@@ -37,6 +37,21 @@ def test_errors_are_those_from_the_nearest_turn_in_which_it_looks_the_same():
     assert "3 of 4 rotations are off by such a one" in line and "179.43 deg in the median" in line
 
 
+def test_places_are_those_of_the_same_turn():
+    """A plate whose frame lies in its corner: half a turn puts that at the other one."""
+    outline = np.array([(0, 0), (0.2, 0), (0.2, 0.1), (0, 0.1)])
+    square = Marker("face", outline, np.array([0, 0.05]), np.array([0.2, 0.05]), T_component_marker=Pose.identity())
+    plate = ObjectModel("plate", (Component("plate", (square,), required=True),))
+    looks, true = SameLooks.of(plate), TrueObject(3, TRUE, {}, np.zeros(2))
+    R, middle = rotation_from_rotvec(np.array([0, 0, np.pi])), np.array([0.1, 0.05, 0.0])
+    for slip, turned in ((0.0, True), (0.003, True), (0.003, False)):
+        shift = middle - R @ middle if turned else np.zeros(3)
+        told = Pose(TRUE.rotation @ (R if turned else np.eye(3)), TRUE.apply(shift) + np.array([0, 0, slip]))
+        found = Detection("plate", 0, 0.9, ImagePose(0, 0, 0, 1), (), told)
+        one = Outcome(true, True, found, looks=looks)
+        assert one.turned_alike == turned and one.position_error_m == pytest.approx(slip, abs=1e-9)
+
+
 def test_what_is_round_is_off_by_what_its_axis_is():
     sides, bodies = cylinder_solid(0.05, 0.2, Pose.identity())
     tin = SameLooks.of(ObjectModel("tin", (Component("tin", sides, required=True, bodies=bodies),)))

@@ -75,7 +75,7 @@ class FacingStage:
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
         verdicts = told.shared[0], told.surplus, told.shared[1]
-        in_doubt = partial(doubtful, self.describers, self._judge, faced.unhurried(), blobs, told)
+        in_doubt = partial(doubtful, self.describers, self._judge, faced, blobs, told)
         return StageResult(
             tuple(detections),
             Deferred(lambda: (*told.doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))),

@@ -117,9 +117,6 @@ class KnownSearch:
 
     def _taken(self, followed: list[Followed]) -> list[Followed]:
         """Those that are there, the most votes first: they take their pixels."""
-        for f in followed:
-            if f.doubtful:
-                self._finds.keep(f.finder, f.found.poses[:1])
         there = sorted((f for f in followed if f.trust > 0), key=lambda f: -f.found.votes[0])
         for f in there:
             self._finds.take(f.finder, f.found.poses)

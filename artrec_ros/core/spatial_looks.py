@@ -24,7 +24,7 @@ class Followed:
     """A known object.
 
     :param expected: where it may be. :param trust: 0: it is not there. :param well: it is there as it was.
-    :param behind: it is followed in what others leave. :param doubtful: it is not there, but by its probability alone.
+    :param behind: it is followed in what others leave.
     """
 
     known: Known
@@ -34,7 +34,6 @@ class Followed:
     trust: float
     well: bool
     behind: bool = False
-    doubtful: bool = False
 
 
 class SpatialLooks:
@@ -55,10 +54,9 @@ class SpatialLooks:
         expected = replace(expected, q=finder.surface.kinematics.bound(expected.q))
         found = finder.followed(frame, expected, known.votes, config.left, self._plain_climb)
         trust = self.judge.trust_in(finder, found.poses, frame)
-        doubtful = not trust and self.judge.lenient.trust_in(finder, found.poses, frame) > 0
-        strayed = finder.strayed(found.poses, expected) if trust > 0 or doubtful else np.inf
-        if not trust or strayed >= 1:
-            return Followed(known, finder, expected, found, 0.0, False, doubtful=doubtful and strayed < 1)
+        strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
+        if strayed >= 1:
+            return Followed(known, finder, expected, found, 0.0, False)
         well = bool(found.votes[0] >= config.kept * known.votes) and strayed < config.strayed
         return Followed(known, finder, expected, found, trust, well)
 

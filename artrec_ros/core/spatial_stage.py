@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from functools import partial
 
 from .base.config import RecognizerConfig
 from .base.crew import Crew
@@ -61,16 +60,16 @@ class SpatialStage:
         told = offers.told(looks.candidates, (accepted, others), looks.again)
         for finder, mine in zip(self._finders, told.verdicts, strict=True):
             if recall is not None:
-                in_doubt = Deferred(partial(self._doubts, finder, told.shared[1]))
-                recall.accept(finder, mine, frame.camera, in_doubt)
+                recall.accept(finder, mine, frame.camera)
+                recall.doubt(finder, self._in_doubt(finder, told.shared[1]), frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         verdicts = told.shared[0], told.surplus, told.shared[1]
         return StageResult(
             tuple(d for mine in told.detections for d in mine),
             Deferred(lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))),
-            Deferred(lambda: doubtful(self._describers, self._judge, frame.unhurried(), blobs, told)),
+            Deferred(lambda: doubtful(self._describers, self._judge, frame, blobs, told)),
         )
 
-    def _doubts(self, finder: WholeObjectFinder, others: Sequence[Verdict]) -> Iterator[Verdict]:
+    def _in_doubt(self, finder: WholeObjectFinder, others: Sequence[Verdict]) -> Iterator[Verdict]:
         """Those of one target that are not told for they are not probable enough."""
         return (v for v in others if v.claim.finder is finder and self._judge.doubts(v))

@@ -74,10 +74,11 @@ def run(args: argparse.Namespace) -> int:
     check_output(args.output, [*args.sources, *args.annotations, *(args.params_file or ())], OF_COLOURS)
     setup = _setup(args)
     labels = dict(args.classes) if setup is None else _told_labels(args, setup)
+    ranged = {} if setup is None else setup.ranged
+    labels = {name: label for name, label in labels.items() if name not in ranged}
     if not labels:
         raise ConfigError("all classes have ranges, which stay: there is nothing to learn")
     samples, told = _samples(args, labels, setup)
-    ranged = {} if setup is None else setup.ranged
     for name, cls in ranged.items():
         for shown in (name, f"label {cls.label}"):  # neither of another class nor background
             samples.pop(shown, None)

@@ -34,7 +34,10 @@ def frame(stamp_ns: int = 10) -> Recognised:
     found = dataclasses.replace(found, other_place=OtherPlace(ImagePose(5, 6, 7, 8), 1 / 3, found))
     failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
     rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
-    result = FrameResult((8, 6), (found,), rejected, {"total": 1.25}, (), np.zeros((6, 8), np.uint8))
+    likely = dataclasses.replace(found, score=0.2)
+    result = FrameResult(
+        (8, 6), (found,), rejected, {"total": 1.25}, (), np.zeros((6, 8), np.uint8), doubtful=(likely,)
+    )
     return Recognised(stamp_ns, "/camera/image", result, "eye")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -92,43 +92,33 @@ class Recall:
         turns = self._turns.get(name)
         return np.array([turns is not None and turns.waits(blob) for blob in blobs], bool)
 
-    def accept(
-        self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera, doubtful: Sequence[Verdict] = ()
-    ) -> None:
-        """What is told of a target in this frame. What is not seen is forgotten where something new is in its place.
-
-        :param doubtful: what is not, for it is not probable enough: what was known goes on in it, and what moves is
-            searched again in the next frame, which may say more.
-        """
-        name = finder.target.name
-        before, told, new = list(self.known(name)), [], []
+    def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
+        """What is told of a target in this frame. What is not seen is forgotten where something new is in its place."""
+        before, told, new = list(self.known(finder.target.name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
+            seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
             old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
             if old is None:
-                told.append(Known.first(verdict.claim.poses, self.clock_s, verdict.claim.votes))
+                told.append(Known.first(*seen))
                 new.append(verdict.claim.poses)
             else:
                 before.remove(old)
-                told.append(self._goes_on(old, verdict, finder))
-        for verdict in doubtful:
-            old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
-            if old is not None:
-                before.remove(old)
-                told.append(self._goes_on(old, verdict, finder))
-            if name in self._turns:
-                self._turns[name].doubt(*finder.required.discs(camera, verdict.claim.poses))
+                challenged_s = self.clock_s if old in self._challenged else old.challenged_s
+                told.append(old.then(*seen, challenged_s, finder.surface.kinematics.endless, self.config.steadiness))
         lost = [
             k
             for k in sorted(before, key=lambda k: -k.seen_s)
             if self.clock_s - k.seen_s <= self.config.gone_s
             and not any(finder.required.is_over(camera, k.at(self.clock_s), poses).any() for poses in new)
         ]
-        self._known[name] = (*told, *lost[: self.config.most_gone])
+        self._known[finder.target.name] = (*told, *lost[: self.config.most_gone])
 
-    def _goes_on(self, known: Known, verdict: Verdict, finder: WholeObjectFinder) -> Known:
-        claim, endless = verdict.claim, finder.surface.kinematics.endless
-        challenged_s = self.clock_s if known in self._challenged else known.challenged_s
-        return known.then(claim.poses, self.clock_s, claim.votes, challenged_s, endless, self.config.steadiness)
+    def doubt(self, finder: WholeObjectFinder, verdicts: Iterable[Verdict], camera: Camera) -> None:
+        """What of a target is not told in this frame, not being probable enough: if it moves it may be in the next."""
+        turns = self._turns.get(finder.target.name)
+        if turns is not None:
+            for verdict in verdicts:
+                turns.doubt(*finder.required.discs(camera, verdict.claim.poses))
 
     def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:
         """The object that is expected next to where one is; None: none is so near."""

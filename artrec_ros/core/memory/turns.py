@@ -38,6 +38,7 @@ class Turns:
         self._moves = self._same < 0
         self._retry_s, self._refresh_s = min(config.retry_s, refresh_s), refresh_s
         little = np.array([blob.area_px < config.little_px for blob in blobs], bool)
+        self._little = little
         self._vain_s = np.where(little, refresh_s, self._retry_s)
         self._wait_s = self._vain_s.copy()  # if it is searched now, and in vain
         self._at_s, wait_s = np.full(len(blobs), -np.inf), np.full(len(blobs), refresh_s)
@@ -50,10 +51,11 @@ class Turns:
         again_s = np.clip(2 * were.wait_s, self._vain_s[old], refresh_s)
         self._wait_s[old] = np.where(grown, self._retry_s, again_s)
         self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
-        self._searched: set[int] = set()
+        self._searched, self._explained = set[int](), set[int]()
 
     def forget(self) -> None:
         """All blobs are new."""
+        self._moves[:] = True
         self._same[:] = -1
         self._wait_s[:] = self._vain_s
         self._waiting = set()
@@ -93,6 +95,7 @@ class Turns:
 
     def explain(self, blob: Blob) -> None:
         """What was searched now, or before, was not in vain."""
+        self._explained.add(self.number(blob))
         self._wait_s[self.number(blob)] = self._refresh_s
 
     def largest(self, labels: Collection[int], places: Array, radius_px: Array) -> Blob | None:
@@ -102,8 +105,10 @@ class Turns:
         return self._blobs[int(inside[self._now.least[inside, 2].argmax()])] if len(inside) else None
 
     def doubt(self, places: Array, radius_px: Array) -> None:
-        """What blobs within some discs show is almost an object: those that move do not wait."""
-        self._wait_s[self._inside(places, radius_px).any(axis=1) & self._moves] = _SOON_S
+        """What blobs within some discs show is almost an object: those that move from frame to frame do not wait."""
+        there = np.flatnonzero(self._inside(places, radius_px).any(axis=1) & self._moves)
+        in_vain = [n for n in there.tolist() if n not in self._explained and not self._little[n]]
+        self._wait_s[in_vain] = _SOON_S
 
     def hurry(self, places: Array, radius_px: Array, seen_s: float) -> None:
         """Blobs within some discs do not wait any longer: what they showed is gone. Those that were searched since that

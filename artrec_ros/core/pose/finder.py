@@ -40,6 +40,7 @@ from .upright import Upright
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
+_ROUNDS_A_JOINT = 2  # each elsewhere, and once more where that changed others'
 
 
 class WholeObjectFinder:
@@ -201,20 +202,22 @@ class WholeObjectFinder:
         return Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
-        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better than
-        it is after a climb: all of it may gain more on the way than a slender part brings."""
+        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better. What
+        climbs is compared with what has climbed: all of it may gain more on the way than a slender part brings."""
         climbed = False
-        while self.surface.kinematics.n_joints and not frame.deadline.expired:
+        for _ in range(_ROUNDS_A_JOINT * self.surface.kinematics.n_joints):
+            if frame.deadline.expired:
+                break
             others = self.other_joints.of(frame, best.poses, float(best.votes[0]))
             found = self.fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
-            found = found[found.votes > self._search.near_joints * best.votes[0]]
+            found, climbs = found[found.votes > self._search.near_joints * best.votes[0]], False
             if len(found) and found.votes[0] <= best.votes[0]:
-                found = self._climbed_and_fitted(frame, found, climb)
+                found, climbs = self._climbed_and_fitted(frame, found, climb), True
                 if found.votes[0] > best.votes[0] and not climbed:
                     best, climbed = self._climbed_and_fitted(frame, best, climb), True
             if not len(found) or found.votes[0] <= best.votes[0]:
                 break
-            best = found
+            best, climbed = found, climbs
         return best
 
     def _climbed_and_fitted(self, frame: ImageFrame, one: Ranked, climb: Climb) -> Ranked:

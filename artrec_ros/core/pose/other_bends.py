@@ -26,7 +26,7 @@ _LEAST_LEVER = 0.1  # of a turn across the line of sight: a joint that tips its 
 
 @dataclass(frozen=True, eq=False)
 class Bends:
-    """N poses, each with one joint bent the other way.
+    """N poses, each with one joint bent otherwise.
 
     :param of: (N,) whose they are. :param joint: (N,). :param apart: (N,) bends nearer to the one that is told are it.
     """
@@ -53,7 +53,7 @@ class Bends:
 
 
 def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, Array]:
-    """H poses at rest on what the image shows, with those joints bent the other way where that is clearly likelier; and
+    """H poses at rest on what the image shows, with those joints bent otherwise where that is clearly likelier; and
     (H, J) by how much each joint's variance is greater because it may be so. Late, all stay as they are."""
     more, bends = np.zeros(poses.q.shape), other_bends(finder, frame, poses)
     if not len(bends.of):
@@ -64,8 +64,14 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     turned, probability = weighed(log_odds, config.least_turn_odds)
     off = _off(finder, poses, bends)
     bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
+    bent_there = taken[bends.of, bends.joint]
     # what is likelier and yet not bent is what may be otherwise
-    probability = np.where(turned & ~taken[bends.of, bends.joint], 1 - probability, probability)
+    probability = np.where(turned & ~bent_there, 1 - probability, probability)
+    best, beside = np.full(poses.q.shape, -np.inf), _off(finder, bent, bends)
+    np.maximum.at(best, (bends.of, bends.joint), log_odds)
+    rival = bent_there & (np.abs(beside) > bends.apart)  # of what is told now, not of what was
+    probability = np.where(rival, 1 / (1 + np.exp(best[bends.of, bends.joint] - log_odds)), probability)
+    off = np.where(rival, beside, off)
     doubt = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
     np.maximum.at(more, (bends.of, bends.joint), doubt)
     return bent, more
@@ -175,13 +181,14 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
 def _liked_better(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Bends:
     """Poses with one joint elsewhere, where that alone brings more votes: while all of an object moved towards its
     place a slender part of little weight may have come to rest anywhere. :param scores: of H poses."""
-    votes, step, bends = finder.voter.total(scores), finder.config.search.fine_joint_step, _none(poses)
+    votes, bends = finder.voter.total(scores), _none(poses)
+    step, unit = finder.config.search.fine_joint_step, finder.surface.kinematics.unit
     for h in range(len(poses)):
         bent = finder.other_joints.of(frame, poses[h : h + 1], float(votes[h]))
         if len(bent):
             bent = bent[np.flatnonzero(finder.voter.votes(frame, bent, occlusion=True) > votes[h])]
             joint = np.abs(bent.q - poses.q[h]).argmax(axis=1)
-            bends = bends.and_(Bends(bent, np.full(len(bent), h), joint, np.full(len(bent), step)))
+            bends = bends.and_(Bends(bent, np.full(len(bent), h), joint, step * unit[joint]))
     return bends
 
 

@@ -51,6 +51,7 @@ def followed(
     found: Sequence[Detection],
     sightings: Sightings,
     row_of: Mapping[int, int],
+    doubtful: Mapping[int, float],
     goes_on: float,
     dt_s: float,
     size: tuple[int, int],
@@ -58,6 +59,7 @@ def followed(
     config: TrackingConfig,
 ) -> Tracks:
     """:param row_of: of what was found the track that each continues.
+    :param doubtful: of tracks that nothing continues how probable something is in the place of each.
     :param goes_on: probability that the frame goes on from the one before. :param size: (width, height) of the image.
     """
     if not len(tracks):
@@ -67,7 +69,7 @@ def followed(
     seen = tracks.image[rows].seen(s.place, s.noise)
     image = tracks.image.replaced(rows, replace(seen, unit=s.unit))
     new = np.minimum(_moved(image, tracks.age_s, rows, s) / config.existence.anew, 1.0)
-    existence = _exists(tracks, found, sightings, row_of, new, goes_on, size, config)
+    existence = _exists(tracks, found, sightings, row_of, doubtful, new, goes_on, size, config)
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
     identities, last = list(tracks.identities), list(tracks.last)
@@ -142,6 +144,7 @@ def _exists(
     found: Sequence[Detection],
     sightings: Sightings,
     row_of: Mapping[int, int],
+    doubtful: Mapping[int, float],
     new: Array,
     goes_on: float,
     size: tuple[int, int],
@@ -151,6 +154,8 @@ def _exists(
     scores = np.full(len(tracks), 0.5)
     for n, row in row_of.items():
         here[row], scores[row], elsewhere[row] = True, found[n].there, found[n].may_be_elsewhere
+    for row, probability in doubtful.items():
+        here[row], scores[row] = True, probability
     seen = tracks.existence.found(scores, new, tracks.age_s, config.existence, elsewhere)
     if here.all():
         return seen

@@ -73,7 +73,7 @@ class Teller:
         tracks, c = self._tracks, self._config
         likely = tracks.existence.probability
         for row in rows:
-            if tracks.ids[row] is None or not c.predict or tracks.age_s[row] > c.predict:
+            if tracks.ids[row] is None or tracks.age_s[row] > c.predict:
                 continue
             score = float(likely[row]) * self._in_its_place(row)
             if score >= c.existence.least and (detection := self._predicted(row, score)) is not None:

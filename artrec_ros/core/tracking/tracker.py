@@ -42,20 +42,24 @@ _NAMED = 0.5  # probability from which an object that is not seen keeps its iden
 class Tracker:
     """Carries objects on through the frames of one camera, in their order."""
 
-    def __init__(self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True) -> None:
+    def __init__(
+        self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True, least: float = 1.0
+    ) -> None:
         """:param targets: tell what joints are measured in, and how large objects are.
         :param in_doubt: whether scores are probabilities to which other frames add; else each frame tells for itself
             what is there, how it is turned and which one it is, and only ids and motions are carried on.
+        :param least: probability that is enough for one frame to tell an object: it is so for several.
         """
         self._numbers, self._units = Numbers(), units_of(targets)
         self._sizes = sizes_of(targets)
         self._size, self._frame_id = (0, 0), ""
         self._late: list[int] = []  # stamps of frames that came out of their order just now
-        self.configure(config, in_doubt)
+        self.configure(config, in_doubt, least)
         self.forget()
 
-    def configure(self, config: TrackingConfig, in_doubt: bool = True) -> None:
+    def configure(self, config: TrackingConfig, in_doubt: bool = True, least: float = 1.0) -> None:
         """Go on with other parameters."""
+        self._least = min(config.existence.least, least)
         self._config, self._in_doubt = config if in_doubt else _without_memory(config), in_doubt
         self._motion = MotionModel(config.speed, config.steady_s)
         if not config.enabled:
@@ -99,10 +103,9 @@ class Tracker:
 
     def _follow(self, stamp_ns: int, result: FrameResult, frame_id: str) -> FrameResult:
         first, dt_s = self._advance(stamp_ns, result.size, frame_id)
-        sure = len(result.detections)
-        result, row_of, odds = self._matched(result)
         found = result.detections
-        sightings = self._sightings(found)
+        sightings, area_px = self._sightings(found), float(result.size[0] * result.size[1])
+        row_of, odds = matched(self._tracks, found, sightings, area_px, self._config)
         strangers = np.array([d.there for n, d in enumerate(found) if n not in row_of])
         goes_on, other = self._goes_on(odds, strangers, dt_s)
         # in another scene what lies near is somebody else, too
@@ -111,10 +114,11 @@ class Tracker:
         if self._in_doubt:
             result, sightings = self._turned(result, row_of, sightings)
             found = result.detections
+        doubtful = self._in_doubtful(result, row_of) if self._in_doubt and goes_on > 1 - goes_on else {}
         self._tracks = followed(
-            self._tracks, found, sightings, row_of, goes_on, dt_s, result.size, self._motion, self._config
+            self._tracks, found, sightings, row_of, doubtful, goes_on, dt_s, result.size, self._motion, self._config
         )
-        new = [n for n in range(sure) if n not in row_of]
+        new = [n for n in range(len(found)) if n not in row_of]
         row_of |= {n: len(self._tracks) + k for k, n in enumerate(new)}
         alone = np.array([found[n].there for n in new])
         single = first or other or not self._in_doubt
@@ -126,7 +130,7 @@ class Tracker:
         # as a body does its joints begin anew
         anew = {row for row in by_row if self._tracks.times[row] == 1 and not self._tracks.strange[row]}
         self._joints = self._joints.without(anew).seen(by_row, dt_s, self._motion, self._units, self._config)
-        return self._told(result, row_of, sure)
+        return self._told(result, row_of)
 
     def _advance(self, stamp_ns: int, size: tuple[int, int], frame_id: str) -> tuple[bool, float]:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
@@ -154,19 +158,18 @@ class Tracker:
             rows = np.flatnonzero(kept).tolist()
             self._tracks, self._joints = self._tracks[rows], self._joints.of_rows(rows)
 
-    def _matched(self, result: FrameResult) -> tuple[FrameResult, dict[int, int], Array]:
-        """A result with those doubtful ones behind its detections in which tracks go on that nothing else continues;
-        row of the track that each of them continues; and (T,) the odds of those that are, 0 for others."""
-        tracks, area_px = self._tracks, float(result.size[0] * result.size[1])
-        row_of, odds = matched(tracks, result.detections, self._sightings(result.detections), area_px, self._config)
-        lost = np.flatnonzero(odds == 0).tolist()
-        if not (lost and self._in_doubt and len(result.doubtful)):
-            return result, row_of, odds
-        doubtful = tuple(result.doubtful)
-        again, odds[lost] = matched(tracks[lost], doubtful, self._sightings(doubtful), area_px, self._config)
-        row_of |= {len(result.detections) + k: lost[row] for k, row in enumerate(again.values())}
-        detections = *result.detections, *(doubtful[n] for n in again)
-        return replace(result, detections=detections), row_of, odds
+    def _in_doubtful(self, result: FrameResult, row_of: Mapping[int, int]) -> dict[int, float]:
+        """Rows of tracks that are not seen, and how probable by itself a candidate is in which each may go on.
+
+        It may be something else: it tells neither where the object is nor which one, but not that it is gone, either.
+        """
+        lost = sorted(set(range(len(self._tracks))) - set(row_of.values()))
+        if not lost or not len(result.doubtful):
+            return {}
+        area_px = float(result.size[0] * result.size[1])
+        sightings = self._sightings(result.doubtful)
+        rows, _ = matched(self._tracks[lost], result.doubtful, sightings, area_px, self._config)
+        return {lost[row]: result.doubtful[n].there for n, row in rows.items()}
 
     def _sightings(self, found: Sequence[Detection]) -> Sightings:
         return Sightings.of(found, self._sizes, self._config.sightings)
@@ -225,18 +228,14 @@ class Tracker:
             return 1.0, False
         return probability, bool(just_seen.any()) and not odds.any()
 
-    def _told(self, result: FrameResult, row_of: dict[int, int], sure: int) -> FrameResult:
-        """What is told, with names; tracks that have given theirs away are forgotten.
-
-        :param sure: so many of the detections are told, if they are likely by now; of others none is: they may be
-            something else in the places of what is known.
-        """
-        found, least = result.detections, self._config.existence.least
+    def _told(self, result: FrameResult, row_of: dict[int, int]) -> FrameResult:
+        """What is told, with names; tracks that have given theirs away are forgotten."""
+        found, least = result.detections, self._least
         likely = self._tracks.existence.probability.tolist()
         told = [
             n
             for n in sorted(row_of)
-            if n < sure and (not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= least)
+            if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].there)
         ]
         given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
         self._name([row_of[n] for n in told])
@@ -249,11 +248,11 @@ class Tracker:
         # who was alone and has been lost has given the id away
         gone = here | given_away | self._doubles(sorted(here))
         away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
-        expected = teller.expected([*away, *(row for n, row in row_of.items() if n >= sure)])
+        expected = teller.expected(away)
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True
         self._keep(kept)
-        waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told)) if n < sure]
+        waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told))]
         rejected = Deferred(lambda: (*waits, *result.rejected)) if waits else result.rejected
         return replace(result, detections=(*seen, *expected), rejected=rejected, doubtful=())
 

@@ -9,6 +9,7 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection
 from .descriptions import Describer
+from .enough import lack_of
 from .judge import Judge
 from .offers import Told
 
@@ -22,10 +23,13 @@ def doubtful(
 
     :param told: what is told of it. :param blobs: in which what objects lack may be.
     """
+    if frame.deadline.expired:
+        return
     objects = [v for mine in told.verdicts for v in mine]
     for describer in describers:
         name = describer.finder.target.name
-        yield from (d for d in told.others if d.object == name and judge.is_low(d.there))
+        fallen = (d for d in told.others if d.object == name and judge.is_low(d.there))
+        yield from (d for d in fallen if lack_of(d, describer.finder, judge.lenient) is None)
         others = [v for v in told.shared[1] if v.claim.finder is describer.finder and judge.doubts(v)]
         for verdict in sorted(others, key=lambda v: -v.probability)[:_MOST]:
             described = describer.describe([verdict], frame, [*objects, verdict], blobs)

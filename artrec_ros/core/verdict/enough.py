@@ -33,14 +33,14 @@ def enough_of(
 ) -> tuple[list[Detection], list[Detection], list[Rejection]]:
     """Those of one target that are told, the most probable first; the others; and why they are not."""
     ordered = sorted(detections, key=lambda d: -d.score)
-    lacking = [_lack(d, finder, judge) for d in ordered]
+    lacking = [lack_of(d, finder, judge) for d in ordered]
     told = [d for d, lack in zip(ordered, lacking, strict=True) if lack is None]
     others = [(d, lack) for d, lack in zip(ordered, lacking, strict=True) if lack is not None]
     reasons = [Rejection(d.object, lack, d.there, d.image.x, d.image.y) for d, lack in others]
     return [d if d.id == n else replace(d, id=n) for n, d in enumerate(told)], [d for d, _ in others], reasons
 
 
-def _lack(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
+def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
         by_chance = d.there >= judge.min_probability * d.beyond_chance

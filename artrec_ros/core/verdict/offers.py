@@ -115,8 +115,8 @@ class Offers:
             if again is None:
                 break
             told = self._once(again)
-            surplus, doubtful = [*before.surplus, *told.surplus], [*before.doubtful, *told.doubtful]
-            told = replace(told, doubtful=doubtful, surplus=surplus)
+            surplus, others = [*before.surplus, *told.surplus], [*before.others, *told.others]
+            told = replace(told, others=others, doubtful=[*before.doubtful, *told.doubtful], surplus=surplus)
             best = told if told.worth > best.worth and told.keeps(best) else best
         return best
 

@@ -39,7 +39,8 @@ def load_object(path: str | Path, class_labels: Mapping[str, int] | None = None)
     shapes = _read_markers(top["markers"]) if "markers" in top else {}
     read = (_read_component(n, v, shapes, labels) for n, v in top["components"].entries().items())
     components = tuple(beneath_markers(component)[0] for component in read)
-    if len(components) == 1:  # there is no choice
+    given = list(top["components"].entries().values())
+    if len(given) == 1 and "required" not in given[0].entries():  # there is no choice
         components = (replace(components[0], required=True),)
     identities = _read_identities(top["identities"]) if "identities" in top else ()
     unique = top["unique"].boolean() if "unique" in top else False

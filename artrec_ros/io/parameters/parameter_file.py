@@ -137,7 +137,6 @@ def setup_from_flat(
         RecognizerConfig, "recognizer.", values, str(source), scene=_read_scene(values, str(source))
     )
     tracking = _read_config(TrackingConfig, "tracking.", values, str(source))
-    tracking = tracking.telling_from(recognizer.min_probability)
     node = _read_config(NodeConfig, "", values, str(source))
     configs = {name: _read_object(name, values, base_dir, str(source)) for name in objects}
     kept = {}

@@ -77,6 +77,16 @@ def test_what_does_not_tip_its_marker_has_none():
         assert told is at and not more.any() and not len(other_bends(finder, frame, at).of)
 
 
+@pytest.mark.parametrize("q", [0.03, 0.04, 0.05])
+def test_what_slides_is_told_where_labels_like_it_better(q):
+    model = slide()
+    at = pose(0, 0, 1.0, 0.0, 0.0, model, {"bar": q})
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
+    finder = WholeObjectFinder(Target(model.name, model, RED), DEFAULTS)
+    told, _ = likelier_bends(finder, frame, bent(at, 0.0))
+    np.testing.assert_allclose(told.q, at.q, atol=0.003)
+
+
 @pytest.mark.parametrize("wrong", [-0.5, 0.0, 1.0])
 def test_what_labels_like_better_elsewhere_is_told_there(wrong):
     model, joints = truck(), {"fore": 0.5, "hind": -0.4}
@@ -133,6 +143,14 @@ def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch
     assert told((2.0, 3.0, -3.0)) == [0.1, 0.3, 0.0, 0.0]
     assert told((3.0, -3.0, 2.0)) == [0.5, -0.4, -0.6, 0.7]  # arms do not carry each other
     assert told((-3.0, -3.0, -3.0)) == [0.0, 0.0, 0.0, 0.0]
+    # of two bends of one joint the other one is a rival of what is told then
+    both = Bends(Poses(bends.poses.R, bends.poses.t, np.diag([0.5, 0.0, 0.0, 0.0])[[0, 0, 0]] * [[1], [-1], [1]]),
+                 np.zeros(3, int), np.zeros(3, int), np.full(3, 0.02))  # fmt: skip
+    monkeypatch.setattr(module, "other_bends", lambda *_: both.where(np.array([True, True, False])))
+    monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array((8.0, 7.9))))
+    poses, more = likelier_bends(finder, frame, at)
+    assert poses.q[0].tolist() == [0.5, 0.0, 0.0, 0.0] and more[0, 0] == pytest.approx(0.475, abs=0.01)
+    monkeypatch.setattr(module, "other_bends", lambda *_: bends)
     # the one that is not bent may be: its own evidence says so
     monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array((8.0, 9.0, -9.0))))
     poses, more = likelier_bends(finder, frame, at)

@@ -85,7 +85,7 @@ def test_a_withheld_newcomer_takes_no_number():
 
 @pytest.mark.parametrize("score", [0.05, 0.41, 0.6, 0.9, 1.0])
 def test_the_first_frame_counts_as_a_single_one(score):
-    (first,) = told([[at(0.0, score)]], TrackingConfig().telling_from(score))
+    (first,) = told([[at(0.0, score)]])
     assert first[0].score == score
 
 
@@ -166,8 +166,7 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
 @pytest.mark.parametrize("step", [0.0, 0.001, 0.002, 0.004, 0.02])
 def test_what_frames_agree_on_is_believed_as_much_as_by_one_however_slowly_it_moves(step):
     seen = [[at(step * k, 0.3)] for k in range(60)]
-    config = TrackingConfig().telling_from(0.2)
-    last = [d[0].score for d in told(seen, config, targets=[Target("red", robot(), TEAM)])[30:]]
+    last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)], least=0.2)[30:]]
     assert min(last) > 0.28
 
 
@@ -192,6 +191,19 @@ def test_a_doubtful_candidate_elsewhere_is_nobody_and_looked_at_only_where_someb
         found = replace(frame(at(0.0)) if k != 7 else frame(), doubtful=doubtful)
         assert len(tracker.update(START + k * PERIOD, found).detections) == (k != 7)
     assert asked == [7]
+
+
+@pytest.mark.parametrize("there", [[at(0.05)], [at(0.6)], [at(0.6, 0.55), at(-0.6, 0.55)], []])
+def test_clutter_where_an_object_was_is_not_taken_for_it(there):
+    """It leaps within its size, is carried off, the scene is another one, or nothing is seen of it."""
+    seen = []
+    for clutter in ((), (at(0.0, 0.15),)):
+        tracker = Tracker(TrackingConfig(predict=0.1), [Target("red", robot(), TEAM)])
+        frames = [frame(at(0.0))] * 10 + [replace(frame(*there), doubtful=clutter)] * 30
+        told = [tracker.update(START + k * PERIOD, f).detections for k, f in enumerate(frames)]
+        assert not any(d.predicted for found in told[13:] for d in found)
+        seen.append([[(d.id, places([d])) for d in found if not d.predicted] for found in told])
+    assert seen[0] == seen[1]
 
 
 @pytest.mark.parametrize("whole", [0, 10])

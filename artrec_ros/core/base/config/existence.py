@@ -13,8 +13,8 @@ class ExistenceConfig(Room):
 
     least: float = param(
         0.4,
-        "probability from which an object is told, recognizer.min_probability where that is less; one that a single "
-        "frame would tell waits where frames go on",
+        "probability from which an object is told, but for predictions recognizer.min_probability where that is less; "
+        "one that a single frame would tell waits where frames go on",
         low=0,
         high=1,
         origin="as recognizer.min_probability of one frame",

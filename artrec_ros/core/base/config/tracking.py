@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from .existence import ExistenceConfig
 from .params import param, room, validate
@@ -51,7 +51,3 @@ class TrackingConfig:
 
     def __post_init__(self) -> None:
         validate(self, "tracking.")
-
-    def telling_from(self, probability: float) -> TrackingConfig:
-        """The same, that tells an object from no more than this: what is enough for one frame is so for several."""
-        return replace(self, existence=replace(self.existence, least=min(self.existence.least, probability)))

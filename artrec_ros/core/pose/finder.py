@@ -40,7 +40,6 @@ from .upright import Upright
 from .voter import Voter
 
 _MOST_MOVES = 4  # from lookalike to lookalike: enough to cross rows of a dozen
-_ROUNDS_A_JOINT = 2  # each elsewhere, and once more where that changed others'
 
 
 class WholeObjectFinder:
@@ -202,26 +201,19 @@ class WholeObjectFinder:
         return Ranked(poses, self.voter.votes(frame, poses, occlusion=True))
 
     def rejointed(self, frame: ImageFrame, best: Ranked, climb: Climb) -> Ranked:
-        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better. What
-        climbs is compared with what has climbed: all of it may gain more on the way than a slender part brings."""
-        climbed = False
-        for _ in range(_ROUNDS_A_JOINT * self.surface.kinematics.n_joints):
+        """One hypothesis with a joint elsewhere, after a fit and a climb, and then the next, while that is better."""
+        for _ in range(self.surface.kinematics.n_joints):
             if frame.deadline.expired:
                 break
             others = self.other_joints.of(frame, best.poses, float(best.votes[0]))
             found = self.fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
-            found, climbs = found[found.votes > self._search.near_joints * best.votes[0]], False
+            found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
-                found, climbs = self._climbed_and_fitted(frame, found, climb), True
-                if found.votes[0] > best.votes[0] and not climbed:
-                    best, climbed = self._climbed_and_fitted(frame, best, climb), True
+                found = self.fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)
             if not len(found) or found.votes[0] <= best.votes[0]:
                 break
-            best, climbed = found, climbs
+            best = found
         return best
-
-    def _climbed_and_fitted(self, frame: ImageFrame, one: Ranked, climb: Climb) -> Ranked:
-        return self.fit_all(frame, self.climber.climb(frame, one, climb).poses).best(1, self._search)
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""

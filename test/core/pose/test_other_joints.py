@@ -73,5 +73,5 @@ def test_joints_of_parts_that_lie_on_their_labels_are_left_alone(finder):
     truth = opened(0.15)
     frame = frame_of(truth)
     there = ranked(finder, frame, truth)
-    assert len(finder._other_joints.of(frame, truth, float(there.votes[0]))) == 0
+    assert len(finder.other_joints.of(frame, truth, float(there.votes[0]))) == 0
     np.testing.assert_array_equal(finder.rejointed(frame, there, Climb(1, 4, 1.0)).poses.q, truth.q)

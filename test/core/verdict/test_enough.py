@@ -29,7 +29,8 @@ def toy(*seen, score=0.9, missing=()):
 
 def told(detections, model, **settings):
     judge = replace(Judge.of(DEFAULTS), min_probability=0.4, **settings)
-    return enough_of(detections, finder_of(model), judge)
+    kept, _, reasons = enough_of(detections, finder_of(model), judge)
+    return kept, reasons
 
 
 def test_who_is_turned_down_leaves_no_number():

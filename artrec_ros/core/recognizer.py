@@ -130,7 +130,6 @@ class Recognizer:
         self._spatial = SpatialStage(of(SPACE, calibrated=True), config, segmenter.meaning)
         self._facing = FacingStage(of(FACING, calibrated=False), config, segmenter.meaning)
         self._faces = {c: bool(of(FACING, calibrated=c)) for c in (True, False)}
-        self._goes_on = config.memory and config.profile == "default"
         self._remembers = {c: remembers(self._targets, config, [c]) for c in (True, False)}
         self._scene = Scene.of(config.scene)
         self._scene_camera: Camera | None = None
@@ -226,7 +225,7 @@ class Recognizer:
             labels,
             waiting,
             not blobs,
-            doubtful if self._goes_on else (),
+            doubtful if self._config.in_doubt else (),
         )
 
     def _blobless(self, labels: NDArray[np.uint8], scene: Scene) -> Sequence[Rejection]:

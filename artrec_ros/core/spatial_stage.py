@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 
 from .base.config import RecognizerConfig
 from .base.crew import Crew
@@ -20,9 +20,8 @@ from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
 from .three_point_looks import ThreePointLooks
 from .turned_down import turned_down
-from .verdict.acceptance import Verdict
 from .verdict.descriptions import Describer
-from .verdict.doubts import doubtful
+from .verdict.doubts import doubtful, verdicts_in_doubt
 from .verdict.judge import Judge
 from .verdict.offers import Offers
 
@@ -61,7 +60,7 @@ class SpatialStage:
         for finder, mine in zip(self._finders, told.verdicts, strict=True):
             if recall is not None:
                 recall.accept(finder, mine, frame.camera)
-                recall.doubt(finder, self._in_doubt(finder, told.shared[1]), frame.camera)
+                recall.doubt(finder, verdicts_in_doubt(finder, self._judge, told), frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         verdicts = told.shared[0], told.surplus, told.shared[1]
         return StageResult(
@@ -69,7 +68,3 @@ class SpatialStage:
             Deferred(lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))),
             Deferred(lambda: doubtful(self._describers, self._judge, frame, blobs, told)),
         )
-
-    def _in_doubt(self, finder: WholeObjectFinder, others: Sequence[Verdict]) -> Iterator[Verdict]:
-        """Those of one target that are not told for they are not probable enough."""
-        return (v for v in others if v.claim.finder is finder and self._judge.doubts(v))

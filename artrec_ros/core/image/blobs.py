@@ -55,9 +55,8 @@ class Blob:
     @cached_property
     def middle(self) -> Array:
         """(2,) of its contour, pixels."""
-        return np.asarray(
-            np.add.reduce(self.contour) / len(self.contour), np.float64
-        )  # its `mean` takes thrice as long
+        # its `mean` takes thrice as long
+        return np.asarray(np.add.reduce(self.contour) / len(self.contour), np.float64)
 
 
 def centres(blobs: Sequence[Blob]) -> Array:

@@ -206,7 +206,7 @@ class WholeObjectFinder:
             if frame.deadline.expired:
                 break
             others = self.other_joints.of(frame, best.poses, float(best.votes[0]))
-            found = self.fit_all(frame, others).best(1, self._search) if len(others) else best[:0]
+            found = self.fit_all(frame, others.poses).best(1, self._search) if len(others) else best[:0]
             found = found[found.votes > self._search.near_joints * best.votes[0]]
             if len(found) and found.votes[0] <= best.votes[0]:
                 found = self.fit_all(frame, self.climber.climb(frame, found, climb).poses).best(1, self._search)

@@ -185,10 +185,10 @@ def _liked_better(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, sc
     step, unit = finder.config.search.fine_joint_step, finder.surface.kinematics.unit
     for h in range(len(poses)):
         bent = finder.other_joints.of(frame, poses[h : h + 1], float(votes[h]))
-        if len(bent):
-            bent = bent[np.flatnonzero(finder.voter.votes(frame, bent, occlusion=True) > votes[h])]
-            joint = np.abs(bent.q - poses.q[h]).argmax(axis=1)
-            bends = bends.and_(Bends(bent, np.full(len(bent), h), joint, step * unit[joint]))
+        better = bent.poses[np.flatnonzero(bent.votes > votes[h])]
+        if len(better):
+            joint = np.abs(better.q - poses.q[h]).argmax(axis=1)
+            bends = bends.and_(Bends(better, np.full(len(better), h), joint, step * unit[joint]))
     return bends
 
 

@@ -14,6 +14,7 @@ from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .climb_kernels import Value
 from .profile_kernels import profile
+from .ranked import Ranked
 from .surface_model import Poses, SpatialModel
 
 _APART = 1.0  # steps from where a joint is: what is nearer a climb has looked at
@@ -33,7 +34,7 @@ class OtherJoints:
         steps = np.diff(self._grids[:, :2], axis=1) if self._grids.shape[1] > 1 else np.zeros((kin.n_joints, 1))
         self._apart = _APART * np.nan_to_num(steps)  # (J, 1)
 
-    def of(self, frame: ImageFrame, poses: Poses, votes: float) -> Poses:
+    def of(self, frame: ImageFrame, poses: Poses, votes: float) -> Ranked:
         """The first hypothesis with one joint elsewhere, where its votes have a peak that is no less than half as high
         as its own; the best first. :param votes: its own."""
         along, surface, q = np.empty(self._grids.shape), self._surface, poses.q[0]
@@ -46,7 +47,7 @@ class OtherJoints:
         others = poses[np.zeros(len(best), int)]
         bent = others.q.copy()
         bent[np.arange(len(best)), joint[best]] = self._grids[joint[best], at[best]]
-        return Poses(others.R, others.t, bent)
+        return Ranked(Poses(others.R, others.t, bent), along[joint[best], at[best]])
 
     def _peaks(self, along: Array, q: Array, votes: float) -> np.ndarray:
         """(J, n) bool."""

@@ -8,12 +8,19 @@ from collections.abc import Iterator, Sequence
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection
+from ..pose.finder import WholeObjectFinder
+from .acceptance import Verdict
 from .descriptions import Describer
 from .enough import lack_of
 from .judge import Judge
 from .offers import Told
 
 _MOST = 3  # are described of each object, the most probable: what an image is full of is clutter
+
+
+def verdicts_in_doubt(finder: WholeObjectFinder, judge: Judge, told: Told) -> Iterator[Verdict]:
+    """Those on one target's candidates that are not told for they are not probable enough."""
+    return (v for v in told.shared[1] if v.claim.finder is finder and judge.doubts(v))
 
 
 def doubtful(
@@ -30,7 +37,7 @@ def doubtful(
         name = describer.finder.target.name
         fallen = (d for d in told.others if d.object == name and judge.is_low(d.there))
         yield from (d for d in fallen if lack_of(d, describer.finder, judge.lenient) is None)
-        others = [v for v in told.shared[1] if v.claim.finder is describer.finder and judge.doubts(v)]
-        for verdict in sorted(others, key=lambda v: -v.probability)[:_MOST]:
+        others = sorted(verdicts_in_doubt(describer.finder, judge, told), key=lambda v: -v.probability)
+        for verdict in others[:_MOST]:
             described = describer.describe([verdict], frame, [*objects, verdict], blobs)
             yield from (d for d in described if judge.is_low(d.there))

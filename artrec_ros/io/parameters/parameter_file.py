@@ -65,11 +65,6 @@ class Setup:
         """The recogniser with these parameters, ready for images with or without calibration."""
         return Recognizer(self.targets, self.recognizer, Segmenter(self.image), calibrated=calibrated, told=told)
 
-    @property
-    def in_doubt(self) -> bool:
-        """Whether scores are probabilities, to which what other frames say is added."""
-        return self.recognizer.profile == "default" and self.recognizer.memory
-
     def lacks(self, calibrated: bool = True) -> list[str]:
         """A line for each object that cannot be found with what the files tell, and for classes without a colour;
         `calibrated`: the images are."""

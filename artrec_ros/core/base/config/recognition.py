@@ -178,6 +178,11 @@ class RecognizerConfig:
         """Least components of an object in the image plane."""
         return self.min_components or 2
 
+    @property
+    def in_doubt(self) -> bool:
+        """Whether scores are probabilities, to which what other frames say is added."""
+        return self.profile == "default" and self.memory
+
     def __post_init__(self) -> None:
         validate(self, "recognizer.")
         for least, most, unit in (("min_scale", "max_scale", "px/m"), ("min_range_m", "max_range_m", "m")):

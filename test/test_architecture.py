@@ -128,6 +128,12 @@ def test_ros_and_bags_each_have_one_place(path: Path) -> None:
         assert name_of(path) in ("artrec_ros/io/bags/reader.py", "artrec_ros/io/bags/writer.py")
 
 
+def test_files_of_tests_have_names_of_their_own() -> None:
+    """Where a folder is no package pytest imports its files by their bare names: two of one name stop the whole run."""
+    loose = [p.name for p in (ROOT / "test").rglob("test_*.py") if not (p.parent / "__init__.py").exists()]
+    assert sorted(loose) == sorted(set(loose))
+
+
 def test_everything_but_the_node_works_without_ros() -> None:
     """In a process where importing anything of ROS fails."""
     names = [".".join(p.with_suffix("").relative_to(ROOT).parts) for p in MODULES if layer_of(p) != "node"]

@@ -9,7 +9,8 @@ Worlds and scenes are those of `benchmarks/acceptance.py`: random objects, crowd
 mirrored turns or other objects' parts: they are counted apart.
 
 The numbers make the errors in even-numbered worlds most likely under the normal distribution; tables are of
-odd-numbered ones. Restarts begin a few of the present deviations off: after a change of the method, save and fit twice.
+odd-numbered ones. What shifts all edges of an image (`shift_px`) no drawn one has: it is left out. Restarts begin a
+few of the present deviations off: after a change of the method, save and fit twice.
 """
 
 from __future__ import annotations

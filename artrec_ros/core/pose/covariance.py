@@ -9,6 +9,8 @@ A^-1 (J' W cov(e) W J + P) A^-1 with A = J' W J + P. What makes up cov(e):
   the edge lies is not known, and is the same all around; nor is it where that may be a body of no class as well. Nor is
   where between two blended colours it lies. What all markers that stand apart have in common of it the fit tells, as
   one parameter more; but each has surroundings of its own, and of a joint its own marker's edges alone may tell;
+* all edges of the image together, along x and along y: what is left of the lens' distortion, light from a side, a
+  shutter that rolls. However many markers an object has, they do not average this out;
 * each stretch of a contour together, as far as its residuals say: half hidden, merged or shaded (the cluster-robust
   estimate of Liang and Zeger, 1986).
 
@@ -42,13 +44,15 @@ class Sources:
     """What makes H fitted hypotheses err, each (H, 6+J, 6+J) and per unit of its share in `CovarianceConfig`.
 
     :param known: what is known without any image, as far as the image tells no more.
-    :param spread, seam, blend, stretch: of each sort of error of the contours. :param seams_px: (H,) half the seam.
+    :param spread, seam, blend, shift, stretch: of each sort of error of the contours.
+    :param seams_px: (H,) half the seam.
     """
 
     known: Array
     spread: Array
     seam: Array
     blend: Array
+    shift: Array
     stretch: Array
     seams_px: Array
 
@@ -58,7 +62,8 @@ class Sources:
         made += config.colour_edge_px**2 * self.blend + config.stretch_share**2 * self.stretch
         if restart is not None:
             made += config.restart_share**2 * restart
-        return np.asarray(self.known + (1 + config.seam_gain * self.seams_px)[:, None, None] * made, np.float64)
+        by_seams = (1 + config.seam_gain * self.seams_px)[:, None, None]
+        return np.asarray(self.known + config.shift_px**2 * self.shift + by_seams * made, np.float64)
 
 
 def pose_covariances(
@@ -108,6 +113,7 @@ def sources(
     starts = n_points * np.arange(c.stretches) // c.stretches
     each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
     outwards = Jw.sum(axis=2)  # (H, M, 7+J) of a pixel of each marker
+    shifted = np.einsum("hmkp,hmkx->hxp", Jw, fit.normal)  # (H, 2, 7+J) of a pixel of all
     pull = np.add.reduceat(Jw * residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
     gain = np.asarray(np.linalg.inv(A)[:, :, :n_par], np.float64)
     by_pixel = _squared(outwards @ gain)
@@ -120,6 +126,7 @@ def sources(
         spread=more * _squared(_stacked(each) @ gain),
         seam=more * seams_px[:, None, None] ** 2 * by_pixel,
         blend=by_pixel * (frame.image is not None),
+        shift=_squared(shifted @ gain),
         stretch=more * _squared(_stacked(pull) @ gain),
         seams_px=seams_px,
     )

@@ -165,6 +165,20 @@ def test_farther_away_less_is_known():
     assert np.all(spread[1][:3] > 1.3 * spread[0][:3]) and spread[1][2] > 2 * spread[0][2]
 
 
+def test_more_markers_say_no_more_of_what_shifts_all_edges():
+    """As light from a side does, and a lens: it moves the place by as much, however many markers an object has."""
+    truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, MODELS["truck"])
+    surface, frame, use = scene(MODELS["truck"], truth)
+    one = use & (surface.component[surface.markers] == 0)
+    known, pixel_m = known_before(surface, 1.0)[None], truth.t[0, 2] / CAMERA.matrix[0, 0]
+    for used in (one, use):
+        shift = sources(surface, frame, truth, used, known, DEFAULTS).shift[0]
+        np.testing.assert_allclose(np.sqrt(np.diag(shift)[:2]), pixel_m, rtol=0.15)
+    shifted = replace(DEFAULTS, covariance=replace(KNOWN, shift_px=2.0))
+    C = pose_covariances(surface, frame, truth, use, shifted)[0]
+    assert np.all(np.sqrt(np.diag(C)[:2]) > 1.7 * pixel_m)
+
+
 def test_a_seam_makes_the_range_less_sure():
     rng = np.random.default_rng(0)
     truth = pose(0.0, 0.0, 1.0, 0.5, 0.1, MODELS["truck"])

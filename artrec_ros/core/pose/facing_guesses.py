@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.range_limits import ScaleLimits
@@ -39,6 +40,7 @@ class FacingGuesser:
     """Lays one component's markers on blobs, face on: a grid of places, directions and scales.
 
     It takes neither corners nor a blob of its own: patches of 8 px have no corners, and those that touch have one blob.
+    One that may be of several classes is of the blob's: across two neighbours of different ones it does not lie.
 
     :ivar labels: classes of which the blobs are that the component makes. :ivar bends: of the joints that carry it.
     :ivar along: of the object's frame: a direction in its plane.
@@ -54,13 +56,14 @@ class FacingGuesser:
     ) -> None:
         """:param turns: directions that are tried; None: as configured."""
         part, labels = model.components[component], surface.labels[component]
-        inside = surface.table[surface.roles.inside(labels)]
-        ring = surface.table[surface.roles.ring(labels, part.body_labels)]
+        roles = {label: _roles(surface, label, part.body_labels) for label in labels}
+        table = surface.roles.table
         self._config, self._surface, self._component, self._markers = config, surface, component, part.markers
-        self._banks = [
-            ViewBank(view_bank(m, config.guesses, facing=True), inside, ring, surface.limits, config.guesses)
-            for m in part.markers
-        ]
+        views = [view_bank(m, config.guesses, facing=True) for m in part.markers]
+        self._banks = {
+            label: [ViewBank(v, *table[list(mine)], surface.limits, config.guesses) for v in views]
+            for label, mine in roles.items()
+        }
         self._turns = turns or config.facing.turns
         self.labels, self.bends = labels, Bends(surface, component, config.guesses.joint_draws)
         R, t = self.bends.R[0], self.bends.t[0]
@@ -78,16 +81,31 @@ class FacingGuesser:
         """
         found = [Guesses(self._surface.no_poses, np.zeros(0), np.zeros(0, np.int64))]
         for part in frame.deadline.parts(len(blobs), _AT_ONCE):
-            within = _within(frame, blobs[part], limits)
-            for (m, bank), size in product(enumerate(self._banks), range(sizes)):
-                grid = self._grid(frame, blobs[part], within, self._markers[m], size)
-                most = int(grid.keep.sum()) * grid.turns
-                T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
-                n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
-                blob = of[:n] + part.start + size * len(blobs)
-                found.append(Guesses(self.lifted(T[:n], frame, m), votes[:n], blob))
+            for label, banks in self._banks.items():
+                rows = np.array([n for n in range(len(blobs))[part] if blobs[n].label == label], np.int64)
+                if len(rows):
+                    found += self._laid_on(frame, blobs, rows, banks, limits, sizes)
         poses, votes, of = zip(*found, strict=True)
         return Guesses(Poses.concatenate(list(poses)), np.concatenate(votes), np.concatenate(of))
+
+    def _laid_on(
+        self,
+        frame: ImageFrame,
+        blobs: Sequence[Blob],
+        rows: NDArray[np.int64],
+        banks: Sequence[ViewBank],
+        limits: ScaleLimits,
+        sizes: int,
+    ) -> Iterator[Guesses]:
+        """`guess` of some blobs, which are of one class. :param banks: of that class."""
+        mine = [blobs[n] for n in rows]
+        within = _within(frame, mine, limits)
+        for (m, bank), size in product(enumerate(banks), range(sizes)):
+            grid = self._grid(frame, mine, within, self._markers[m], size)
+            most = int(grid.keep.sum()) * grid.turns
+            T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
+            n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
+            yield Guesses(self.lifted(T[:n], frame, m), votes[:n], rows[of[:n]] + size * len(blobs))
 
     def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
         """What was laid on blobs, fitted to the component's contours; those that the deadline leaves stay.
@@ -156,6 +174,11 @@ class FacingGuesser:
         depth = camera.focal_px / T[:, 3]
         t = np.column_stack([(T[:, :2] - camera.matrix[:2, 2]) * depth[:, None] / camera.focal_px, depth])
         return Poses(roll @ R_marker, t + roll @ origin, np.tile(self.bends.q[0], (len(T), 1)))
+
+
+def _roles(surface: SpatialModel, label: int, body: tuple[int, ...]) -> tuple[int, int]:
+    """Of points on and around a marker of one class."""
+    return surface.roles.inside((label,)), surface.roles.ring((label,), body)
 
 
 def _within(frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:

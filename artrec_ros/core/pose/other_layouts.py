@@ -94,6 +94,15 @@ class Layouts:
                 rows[whose] = n
         return self.poses[rows], np.flatnonzero(rows >= h)
 
+    def as_told(self, names: Sequence[int | None] = ()) -> Array:
+        """(H,) how probable it is that objects lie as the H poses say, and are not turned as a whole: 1 of those of
+        which no turn is likelier. :param names: as of `likelier`."""
+        likelihood, h = self._likelihood(names), len(self.poses) - len(self.of)
+        likeliest, total, turns = likelihood[:h].copy(), likelihood[:h].copy(), ~self.by_seen
+        np.maximum.at(likeliest, self.of[turns], likelihood[h:][turns])
+        np.logaddexp.at(total, self.of[turns], likelihood[h:][turns])
+        return np.where(likelihood[:h] < likeliest, np.exp(likelihood[:h] - total), 1.0)
+
     def shares(self, names: Sequence[int | None] = ()) -> Array:
         """(H + n,) how probable each pose is among those that lay like markers where its own are seen, and these; 0 of
         what turns the whole object. :param names: as of `likelier`."""

@@ -118,9 +118,13 @@ class Describer:
         ways = self._other_ways.of(shows, poses, seen, rest.used)
         detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
-        if layouts is None or not layouts.by_seen.any():
+        if layouts is None:
             return detections
-        return beside_other_places(finder, frame.camera, layouts, self._identifier.numbers(identities), detections)
+        names = self._identifier.numbers(identities)
+        detections = [_as_it_lies(d, p) for d, p in zip(detections, layouts.as_told(names).tolist(), strict=True)]
+        if not layouts.by_seen.any():
+            return detections
+        return beside_other_places(finder, frame.camera, layouts, names, detections)
 
     def _classes_shown(self, layouts: Layouts, objects: int) -> list[Shows]:
         """Of each object the classes that its components show, of those that may be of several."""
@@ -246,6 +250,13 @@ def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list
     for v, of in zip(new, part_probabilities(new), strict=True):
         known[v] = {c: Part(v.shown[c], p) for c, p in of.items()}
     return [dict(known[v]) for v in verdicts]
+
+
+def _as_it_lies(detection: Detection, share: float) -> Detection:
+    """A detection whose turns are likelier, and would be none: its name is that of the turns, and its components are
+    others'. :param share: how probable it is that it lies as it is told."""
+    parts = tuple(part.rated(part.score * share) for part in detection.components)
+    return replace(detection, score=detection.score * share, components=parts) if share < 1 else detection
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

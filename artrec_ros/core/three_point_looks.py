@@ -23,6 +23,8 @@ from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
 
+_TWO = 2  # blobs that tell a pose, of a long marker and another one: few pairs, beside threes
+
 
 class ThreePointLooks:
     """Those for some targets. :param climb: on the votes, of what was found."""
@@ -35,7 +37,9 @@ class ThreePointLooks:
     def candidates(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
     ) -> dict[WholeObjectFinder, Poses]:
-        """Poses that may be objects, on blobs that sure ones leave.
+        """Poses that may be objects, on blobs that sure ones leave; of what two blobs show, of which none is known from
+        frames before, on all blobs. Both its parts may have been found on one of them, one behind the other: that has
+        all of its pixels, and the other one's place is where nobody sees it.
 
         :param blobs: of the frame. :param recall: what earlier frames say of it: one of the blobs is new, or its turn
             has come.
@@ -45,11 +49,14 @@ class ThreePointLooks:
             mine = [b for b in blobs if b.label in three.labels]
             if len(mine) < three.least or frame.deadline.expired or recall.patience.is_late:
                 continue
-            left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
-            mine = list(compress(mine, unexplained(left, mine, finder.config.search.explained)))
+            look = frame
+            if three.least > _TWO or recall.known(finder.target.name):
+                sure = [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt]
+                look = left_by(frame, sure)
+                mine = list(compress(mine, unexplained(look, mine, finder.config.search.explained)))
             asked = ~recall.waits(finder.target.name, mine)
             if asked.any():
-                found = self._climbed(finder, left, three.of(left, mine, asked))
+                found = self._climbed(finder, look, three.of(look, mine, asked))
                 out |= {finder: found} if len(found) else {}
         return out
 

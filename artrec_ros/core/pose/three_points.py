@@ -3,7 +3,8 @@
 How a small marker looks tells its slant by a few degrees at best, and a disc's not at all: where the next marker lies
 ten widths away, that is a width or more, and no search along its joints meets it. Three points tell a rigid object's
 pose to a fraction of a degree (the P3P problem; Ke and Roumeliotis, 2017), be they the middles of three markers or both
-ends of a long one and the middle of another, and how large the blobs are whether they can be its markers.
+ends of a long one and the middle of another, and how large the blobs are whether they can be its markers. The sides of
+a solid make one blob: it is one marker here, seen from all around.
 """
 
 from __future__ import annotations
@@ -49,7 +50,9 @@ class ThreePoints:
         self._surface, self._config, self._kin = surface, config.middles, surface.kinematics
         self._ratio = config.verdict.left_over_ratio
         self._at, self._half, self._normal = self._placed()
-        self._is_ball = np.isin(surface.component, sorted(surface.sides.balls))  # which looks the same from all sides
+        _, self._area = surface.sides.blobs
+        # what looks much the same from all sides
+        self._is_round = np.isin(surface.component, sorted(surface.sides.balls | surface.solids))
         self._threes = self._widest()
         self.labels = {label for three in self._threes for p in three.markers for label in self._labels(p)}
         self.least = min((len(three.markers) for three in self._threes), default=0)  # of blobs
@@ -87,7 +90,7 @@ class ThreePoints:
         :param rays: (n, 3, 2) of the points, normalised. :param area_px: (n, m) of the markers' blobs.
         """
         markers = list(three.markers)
-        at, normal, area = self._at[markers], self._normal[markers], self._surface.area[markers]
+        at, normal, area = self._at[markers], self._normal[markers], self._area[markers]
         points, of = self._points(np.array([markers]), three.of, three.along)[0], list[int]()
         turns, places = list[Array](), list[Array]()
         for n, seen in enumerate(rays):
@@ -98,7 +101,7 @@ class ThreePoints:
         there = at @ R.swapaxes(1, 2) + t[:, None]
         depth = np.maximum(there[..., 2], LEAST_DEPTH_M)
         cosine = -((normal @ R.swapaxes(1, 2)) * there).sum(axis=2) / np.linalg.norm(there, axis=2)
-        cosine[:, self._is_ball[markers]] = 1.0
+        cosine[:, self._is_round[markers]] = 1.0
         looks_px = area * np.maximum(cosine, 1e-9) * (camera.focal_px / depth) ** 2
         off = np.abs(np.log(looks_px / area_px[of]))
         may_be = (there[..., 2] > LEAST_DEPTH_M) & (off < np.log(self._ratio))  # and none is turned away
@@ -115,7 +118,7 @@ class ThreePoints:
         made = [by_size[np.isin(labels[by_size], self._labels(p))][: self._config.triples_blobs] for p in markers]
         rows = np.array(list(product(*made)), np.int64).reshape(-1, len(markers))
         rows = rows[(rows != np.roll(rows, 1, axis=1)).all(axis=1) & asked[rows].any(axis=1)]
-        scale = np.sqrt(area_px[rows] / self._surface.area[markers])  # pixels per metre, less where slanted
+        scale = np.sqrt(area_px[rows] / self._area[markers])  # pixels per metre, less where slanted
         apart_px = np.linalg.norm(middles[rows] - middles[np.roll(rows, 1, axis=1)], axis=2)
         apart_m = np.linalg.norm(self._at[markers] - np.roll(self._at[markers], 1, axis=0), axis=1)
         near = (apart_px <= self._ratio**0.5 * scale.max(axis=1, keepdims=True) * apart_m).all(axis=1)
@@ -127,7 +130,7 @@ class ThreePoints:
 
     def _placed(self) -> tuple[Array, Array, Array]:
         """(P, 3) each: middles of markers, from there to one of their ends, and normals, in the object; rows of other
-        patches are 0."""
+        patches are 0. Of a solid's sides its own middle and end."""
         surface, (frames, of) = self._surface, (self._kin.in_object(self._kin.middle[None]), self._surface.component)
         at, half, normal = np.zeros((3, len(surface.patches), 3))
         for p in surface.markers.tolist():
@@ -137,7 +140,19 @@ class ThreePoints:
                 along = long_axis(patch.marker.outline)
                 if along.ratio > self._config.elongated:
                     half[p] = R @ patch.marker.T_component_marker.rotation @ np.append(along.half, 0.0)
+        middles, _ = surface.sides.blobs
+        for c in surface.solids:
+            sides, R, t = surface.markers_of[c], frames.R[0, c], frames.t[0, c]
+            at[sides], half[sides] = R @ middles[sides[0]] + t, R @ self._end(sides)
         return at, half, normal
+
+    def _end(self, sides: NDArray[np.int64]) -> Array:
+        """(3,) from the middle of a solid along its long axis to its end, in its frame; 0 where it has none."""
+        corners = np.concatenate([self._surface.patches[p].drawn[3:] for p in sides])
+        corners = corners - corners.mean(axis=0)
+        axes = np.linalg.svd(corners, full_matrices=False)[2]
+        along, across, _ = np.abs(corners @ axes.T).max(axis=0)
+        return np.asarray(along * axes[0] * (along > self._config.elongated * across))
 
     def _points(self, markers: NDArray[np.int64], of: Sequence[int], along: Sequence[int]) -> Array:
         """(n, 3, 3) in the object, of n tuples of markers (n, m). :param of, along: as of `_Three`."""
@@ -147,8 +162,10 @@ class ThreePoints:
     def _widest(self) -> list[_Three]:
         """Those few threes of points of markers that are rigid to each other and seen from one side that span most:
         three middles before ends."""
-        markers, moves = self._surface.markers, self._kin.moves[self._surface.component]
-        seen_at_once = (self._normal @ self._normal.T > 0) | self._is_ball | self._is_ball[:, None]
+        solids, of, moves = self._surface.solids, self._surface.component, self._kin.moves[self._surface.component]
+        first = {self._surface.markers_of[c][0] for c in solids}
+        markers = np.array([p for p in self._surface.markers if of[p] not in solids or p in first], np.int64)
+        seen_at_once = (self._normal @ self._normal.T > 0) | self._is_round | self._is_round[:, None]
         together = (moves[:, None] == moves).all(axis=2) & seen_at_once
         long = markers[self._half[markers].any(axis=1)].tolist()
         kinds = (

@@ -54,7 +54,8 @@ class Describer:
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         rest = at_rest(self.finder, mine, verdicts, frame)
         told = self._told(self._parts(rest.verdicts, rest.poses, frame, {}))
-        surplus = self._identifier.surplus(frame, rest.poses, self._seen(rest.verdicts, told), alone.probability)
+        seen, said = self._seen(rest.verdicts, told), (alone.probability, alone.claims.votes)
+        surplus = self._identifier.surplus(frame, rest.poses, seen, *said)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         left_out = [alone[i] for i in none_left]  # as they were compared
         if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again
@@ -253,10 +254,13 @@ def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list
 
 
 def _as_it_lies(detection: Detection, share: float) -> Detection:
-    """A detection whose turns are likelier, and would be none: its name is that of the turns, and its components are
-    others'. :param share: how probable it is that it lies as it is told."""
+    """A detection that would be none turned as its pixels are likelier: it is there, but its name is that of its turns,
+    and its components are others'. :param share: how probable it is that it lies as it is told."""
+    if share == 1:
+        return detection
     parts = tuple(part.rated(part.score * share) for part in detection.components)
-    return replace(detection, score=detection.score * share, components=parts) if share < 1 else detection
+    as_told = detection.as_told * share
+    return replace(detection, score=detection.score * share, as_told=as_told, components=parts)
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

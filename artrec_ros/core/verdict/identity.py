@@ -74,15 +74,16 @@ class Identifier:
         return self._unique and objects > max(len(self.identities), 1)
 
     def surplus(
-        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], probability: Array
+        self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], probability: Array, votes: Array
     ) -> NDArray[np.bool_]:
         """(H,) which objects there is no identity left for, where each occurs once; without identities all but one.
 
         Of more objects than `may_be_surplus` allows.
 
-        :param told: as of `identify`. :param probability: (H,) of each object, as if it were the only one.
+        :param told: as of `identify`. :param probability, votes: (H,) of each object, as if it were the only one. There
+            is the more clutter the smaller it is, so of rivals who explains more is likelier, by as much.
         """
-        odds = logit(np.clip(probability, _LEAST, 1 - _LEAST))
+        odds = logit(np.clip(probability, _LEAST, 1 - _LEAST)) + np.log(np.maximum(votes, 1.0) / max(votes.max(), 1.0))
         evidence = np.zeros((len(poses), 1))
         if self.identities:
             evidence = self._shown(Layouts.around(self._finder, frame, poses), told)[1]

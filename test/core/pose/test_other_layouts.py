@@ -116,7 +116,9 @@ def test_who_is_no_object_turned_otherwise_is_told_as_it_was_found(monkeypatch):
     monkeypatch.setattr(describer, "_judged_at", lambda pose, of: doubted)
     (kept,) = describer.describe([verdict], frame, [verdict])
     assert abs(wrap_angle(told.image.theta - kept.image.theta)) > 3.0
-    assert kept.there == pytest.approx(verdict.probability)  # though hardly turned as it is told
+    assert kept.there == pytest.approx(verdict.probability)
+    assert max(kept.score, *(part.score for part in kept.components)) < 0.1  # for it is hardly turned as it is told
+    assert told.score > 0.5
 
 
 def test_a_name_that_is_known_tells_the_turn():

@@ -24,6 +24,7 @@ from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.second_looks import SecondLooks
 from artrec_ros.core.three_point_looks import ThreePointLooks
 from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.io.objects.solids import cylinder_solid
 
 CAMERA = camera_of((640, 480), 500.0)
 SEEN = ImageFrame(LabelField(np.zeros((480, 640), np.uint8)), CAMERA)  # whose blobs are given
@@ -197,6 +198,40 @@ def test_what_is_found_does_not_stand_in_the_way_of_what_is_not(turns, places):
     found = Recognizer([Target("gate", gate, RED)], DEFAULTS, Segmenter(ImageConfig())).recognize(labels, CAMERA)
     assert len(found.detections) == 2
     assert max(min(np.linalg.norm(d.pose.position - p.t[0]) for d in found.detections) for p in poses) < 0.06
+
+
+def poles() -> ObjectModel:
+    """Two upright cylinders, forty of their widths apart."""
+    parts = [cylinder_solid(0.015, 0.4, Pose(np.eye(3), np.array([x, 0.0, 0.0]))) for x in (-0.6, 0.6)]
+    names = ("left", "right")
+    return ObjectModel(
+        "poles",
+        tuple(
+            Component(name, markers, required=name == "left", bodies=bodies)
+            for name, (markers, bodies) in zip(names, parts, strict=True)
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("turn", "lean"), [(0.0, 0.1), (0.5, 0.0), (-0.7, 0.2), (0.9, -0.1), (-0.3, -0.2), (0.25, 0.3)]
+)
+def test_both_poles_are_seen_where_they_stand_and_not_one_behind_the_other(turn, lean):
+    """A cylinder tells nothing of how it is turned about its axis, and on it the other one may lie, mostly hidden."""
+    upright = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])
+    R = rotation_from_rotvec([0, 0, lean]) @ rotation_from_rotvec([0, turn, 0]) @ upright
+    pose = Poses(R[None], np.array([[0.05, 0.02, 1.8]]), np.zeros((1, 0)))
+    labels = render(CAMERA, [(poles(), pose, RED)])
+    config = replace(DEFAULTS, time_budget_ms=60000.0)
+    (told,) = (
+        Recognizer([Target("poles", poles(), RED)], config, Segmenter(ImageConfig()))
+        .recognize(labels, CAMERA)
+        .detections
+    )
+    assert len(told.components) == 2
+    across = told.pose.rotation[:, 0]
+    assert abs(across @ R[:, 0]) > np.cos(0.12)  # either may be the left one
+    assert np.linalg.norm(told.pose.position - pose.t[0]) < 0.06
 
 
 def test_poses_on_the_same_blobs_come_together():

@@ -218,8 +218,19 @@ def test_who_shows_no_component_that_tells_identities_has_no_name_and_takes_none
     assert bare.name is None and bare.probability == 0.0
     assert whole.name == "gr" and whole.probability > 0.95
     five = poses_of(frame, *[ONE] * 5)
-    surplus = identifier.surplus(frame, five, [{0}, *[{0, 1, 2}] * 4], np.full(5, 0.9))
+    surplus = identifier.surplus(frame, five, [{0}, *[{0, 1, 2}] * 4], np.full(5, 0.9), np.ones(5))
     assert surplus.sum() == 1
+
+
+def test_of_like_rivals_the_one_that_explains_more_is_there():
+    """Small things look like anything: there is the more of them."""
+    lone = replace(robot(alternatives=False), unique=True)
+    frame, identifier = frame_of(ONE), identifier_of(lone)
+    two = poses_of(frame, ONE, ONE)
+    surplus = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.985, 0.98]), np.array([4e3, 8e4]))
+    assert surplus.tolist() == [True, False]
+    surplus = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.98, 0.3]), np.array([4e3, 8e3]))
+    assert surplus.tolist() == [False, True]
 
 
 def test_pixels_in_doubt_tell_as_much_as_they_know():

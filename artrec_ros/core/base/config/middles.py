@@ -64,12 +64,13 @@ class MiddlesConfig(Room):
         origin="4096 threes of one class; of 300 blobs there would be 27 million",
     )
     triples_kept: int = param(
-        16,
+        64,
         "of the poses so many are judged, those first under which markers look most as large as their blobs",
         low=1,
         high=10000,
         paths=("space",),
-        origin="each three allows up to four",
+        origin="each three allows up to four, a long marker and another one twice as many; 16 were of two pairs of "
+        "poles amid their reflections",
     )
     triples_looks: int = param(
         8,

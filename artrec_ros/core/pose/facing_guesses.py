@@ -56,13 +56,12 @@ class FacingGuesser:
     ) -> None:
         """:param turns: directions that are tried; None: as configured."""
         part, labels = model.components[component], surface.labels[component]
-        roles = {label: _roles(surface, label, part.body_labels) for label in labels}
-        table = surface.roles.table
+        votes = {label: _votes(surface, label, part.body_labels) for label in labels}
         self._config, self._surface, self._component, self._markers = config, surface, component, part.markers
         views = [view_bank(m, config.guesses, facing=True) for m in part.markers]
         self._banks = {
-            label: [ViewBank(v, *table[list(mine)], surface.limits, config.guesses) for v in views]
-            for label, mine in roles.items()
+            label: [ViewBank(v, inside, ring, surface.limits, config.guesses) for v in views]
+            for label, (inside, ring) in votes.items()
         }
         self._turns = turns or config.facing.turns
         self.labels, self.bends = labels, Bends(surface, component, config.guesses.joint_draws)
@@ -176,9 +175,11 @@ class FacingGuesser:
         return Poses(roll @ R_marker, t + roll @ origin, np.tile(self.bends.q[0], (len(T), 1)))
 
 
-def _roles(surface: SpatialModel, label: int, body: tuple[int, ...]) -> tuple[int, int]:
-    """Of points on and around a marker of one class."""
-    return surface.roles.inside((label,)), surface.roles.ring((label,), body)
+def _votes(surface: SpatialModel, label: int, body: tuple[int, ...]) -> tuple[Array, Array]:
+    """(256,) of pixels on and around a marker of one class."""
+    roles = surface.roles.inside((label,)), surface.roles.ring((label,), body)
+    inside, ring = surface.roles.table[list(roles)]
+    return inside, ring
 
 
 def _within(frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:

@@ -162,9 +162,10 @@ class ThreePoints:
     def _widest(self) -> list[_Three]:
         """Those few threes of points of markers that are rigid to each other and seen from one side that span most:
         three middles before ends."""
-        solids, of, moves = self._surface.solids, self._surface.component, self._kin.moves[self._surface.component]
+        solids, component = self._surface.solids, self._surface.component
         first = {self._surface.markers_of[c][0] for c in solids}
-        markers = np.array([p for p in self._surface.markers if of[p] not in solids or p in first], np.int64)
+        markers = np.array([p for p in self._surface.markers if component[p] not in solids or p in first], np.int64)
+        moves = self._kin.moves[component]
         seen_at_once = (self._normal @ self._normal.T > 0) | self._is_round | self._is_round[:, None]
         together = (moves[:, None] == moves).all(axis=2) & seen_at_once
         long = markers[self._half[markers].any(axis=1)].tolist()

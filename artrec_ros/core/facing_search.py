@@ -77,8 +77,12 @@ class FacingSearch:
         place, area = project(frame.camera, anchors), self._largest * (frame.camera.focal_px / anchors[:, 2]) ** 2
         mine = [b for b in blobs if b.label in self.finder.root_labels]
         low, high = np.array([b.box for b in mine]).reshape(-1, 2, 1, 2).swapaxes(0, 1)
-        within = (place >= low) & (place <= high)  # (B, H, 2) by x and by y
-        inside = [np.flatnonzero(own) for own in within[..., 0] & within[..., 1]]
+        within = ((place >= low) & (place <= high)).all(axis=2)  # (B, H) by x and by y
+        # each stands in the smallest that can hold it: a border around the scene has all of it in its bounding box
+        size = np.array([b.area_px for b in mine])[:, None]
+        smallest = np.where(within & (size >= share * area), size, np.inf)
+        within &= smallest == smallest.min(axis=0, initial=np.inf)
+        inside = [np.flatnonzero(own) for own in within]
         return [
             b
             for b, own in zip(mine, inside, strict=True)

@@ -50,10 +50,12 @@ class FacingSearch:
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
-    def large(self, blobs: Sequence[Blob]) -> list[Blob]:
-        """Blobs of the required component's class that may hold more than the component."""
+    def large(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
+        """Blobs of the required component's class that may hold more than the component; where nothing else leads to
+        the object only those of `several`."""
         least_px = self._config.guesses.small_px / self._config.facing.least_area_share
-        return [b for b in blobs if b.label in self.finder.root_labels and b.area_px >= least_px]
+        large = [b for b in blobs if b.label in self.finder.root_labels and b.area_px >= least_px]
+        return large if self._limbs.labels else self.several(large, limits)
 
     def several(self, blobs: Sequence[Blob], limits: ScaleLimits) -> list[Blob]:
         """Those that may be several merged ones, smaller than `run` looks for in a blob: one that fills its convex hull
@@ -77,12 +79,15 @@ class FacingSearch:
         place, area = project(frame.camera, anchors), self._largest * (frame.camera.focal_px / anchors[:, 2]) ** 2
         mine = [b for b in blobs if b.label in self.finder.root_labels]
         low, high = np.array([b.box for b in mine]).reshape(-1, 2, 1, 2).swapaxes(0, 1)
-        within = (place >= low) & (place <= high)  # (B, H, 2) by x and by y
-        inside = [np.flatnonzero(own) for own in within[..., 0] & within[..., 1]]
+        within = ((place >= low) & (place <= high)).all(axis=2)  # (B, H) by x and by y
+        # each stands in the smallest that can hold it: a border around the scene has all of it in its bounding box
+        size = np.array([b.area_px for b in mine])[:, None]
+        smallest = np.where(within & (size >= share * area), size, np.inf)
+        within &= smallest == smallest.min(axis=0, initial=np.inf)
         return [
             b
-            for b, own in zip(mine, inside, strict=True)
-            if len(own) and b.area_px - area[own].sum() >= share * area[own].min()
+            for b, own in zip(mine, within, strict=True)
+            if own.any() and b.area_px - area[own].sum() >= share * area[own].min()
         ]
 
     def pieces(self, rest: ImageFrame, blobs: Sequence[Blob], found: Poses) -> list[Blob]:

@@ -126,7 +126,7 @@ class FacingStage:
         told = {s: [c.poses for c in claims if c.finder is s.finder] for s in self._searches}
         there = {s: Poses.concatenate(poses) for s, poses in told.items() if poses}
         unseen = self._config.required == "visible"
-        large = [(s, mine) for s in self._searches if (mine := s.large(blobs)) or unseen]
+        large = [(s, mine) for s in self._searches if (mine := s.large(blobs, limits)) or unseen]
         roomy = [(s, mine) for s, poses in there.items() if (mine := s.roomy(frame, blobs, poses))]
         if not large and not roomy:
             return []

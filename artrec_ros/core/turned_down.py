@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import cv2
 import numpy as np
 
 from .image.blobs import Blob
@@ -54,7 +53,9 @@ def _unexplained(
     for finder in finders:
         explained, told = finder.config.search.explained, 0
         for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
-            if told < _MOST and left.owned_inside(blob.pixels) < explained and not _holds(blob, places):
+            if told == _MOST:
+                break
+            if not _holds(blob, places) and left.owned_inside(blob.pixels) < explained:
                 x, y = blob.middle.tolist()
                 reason = f"no candidate is left in this blob of {blob.area_px:.0f} pixels of its class"
                 yield Rejection(finder.target.name, reason, 0.0, x, y)
@@ -63,6 +64,5 @@ def _unexplained(
 
 def _holds(blob: Blob, places: np.ndarray) -> bool:
     """Whether one of these places (n, 2) lies in its bounding box."""
-    x, y, width, height = cv2.boundingRect(blob.pixels)
-    low, high = np.array([x, y]) - _AROUND_PX, np.array([x + width, y + height]) + _AROUND_PX
+    low, high = blob.box[0] - _AROUND_PX, blob.box[1] + 1 + _AROUND_PX
     return bool(((places >= low) & (places <= high)).all(axis=1).any())

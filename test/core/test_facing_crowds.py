@@ -174,3 +174,12 @@ def test_what_others_leave_of_their_rims_is_no_object(owned, told):
     verdicts = judge.verdicts(finder, poses, rest)
     assert judge.accepts(verdicts).tolist() == [told]
     assert judge.reason(verdicts[0]) == (None if told else "almost all of it lies where others are found")
+
+
+def test_one_within_a_border_of_its_class_does_not_stand_in_it():
+    at, config = Placing(110.3, 80.2, 0.7, SCALE, "gr"), settings()
+    finder = WholeObjectFinder(Target("robot", robot(), TEAM), config, facing=True)
+    labels = rendered(at, size=SIZE)
+    labels[4:-4, 4:9] = labels[4:-4, -9:-4] = labels[4:9, 4:-4] = labels[-9:-4, 4:-4] = TEAM
+    frame, blobs = ImageFrame(LabelField(labels)).faced(), find_blobs(labels, {TEAM}, config)
+    assert len(blobs) == 2 and not FacingSearch(finder, config).roomy(frame, blobs, at.pose(frame.camera))

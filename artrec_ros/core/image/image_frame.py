@@ -72,12 +72,12 @@ class ImageFrame:
 
     def labelled(self, labels: LabelField) -> ImageFrame:
         """The same frame with other labels."""
-        return replace(self, field=labels)
+        return self._but("field", labels)
 
     @cached_property
     def unowned(self) -> ImageFrame:
         """The same frame with no pixel owned by anybody."""
-        return self if self.field.unowned is self.field else replace(self, field=self.field.unowned)
+        return self if self.field.unowned is self.field else self.labelled(self.field.unowned)
 
     def faced(self) -> ImageFrame:
         """The same frame to objects that face the camera, whichever took it."""
@@ -85,8 +85,18 @@ class ImageFrame:
 
     def unhurried(self) -> ImageFrame:
         """The same frame with all the time it takes."""
-        return replace(self, deadline=Deadline())
+        return self._but("deadline", Deadline())
 
     def hurried(self, share: float) -> ImageFrame:
         """The same frame with a share of the time that is left, so that later stages get theirs."""
-        return replace(self, deadline=self.deadline.part(share))
+        return self._but("deadline", self.deadline.part(share))
+
+    def _but(self, name: str, value: LabelField | Deadline) -> ImageFrame:
+        """The same frame with another value, and with what is known of the others: some forty are made of each image,
+        and `replace` would have all worked out anew for each."""
+        other, known = object.__new__(type(self)), {**self.__dict__, name: value}
+        known.pop("unowned", None)
+        if name == "field":
+            known.pop("view", None)
+        other.__dict__.update(known)
+        return other

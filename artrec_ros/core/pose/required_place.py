@@ -39,9 +39,13 @@ class RequiredPlace:
 
     def is_over(self, camera: Camera, poses: Poses, one: Poses) -> np.ndarray:
         """(H,) bool: under which it would lie over the middle of that of `one` in the image."""
-        there, here = self.anchors(poses), self.anchors(one)
-        radius = self._radius_px(camera, np.maximum(there[:, 2], here[:, 2]))
-        distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=1)
+        return np.asarray(self.are_over(camera, poses, one)[:, 0])
+
+    def are_over(self, camera: Camera, poses: Poses, others: Poses) -> np.ndarray:
+        """(H, K) bool: `is_over` each of K others."""
+        there, here = self.anchors(poses)[:, None], self.anchors(others)[None]
+        radius = self._radius_px(camera, np.maximum(there[..., 2], here[..., 2]))
+        distance_px = np.linalg.norm(project(camera, there) - project(camera, here), axis=-1)
         return (distance_px < radius) | (distance_px == 0)  # behind the camera all is at one place
 
     def is_in_place_of(self, poses: Poses, others: Poses, most_turn_rad: float) -> np.ndarray:

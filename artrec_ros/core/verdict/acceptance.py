@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import SpatialModel
+from ..pose.surface_model import Poses, SpatialModel
 from . import acceptance_curves, colour_curves, facing_curves
 from .acceptance_curves import Model
 from .claims import Claim, Claims
@@ -65,6 +65,28 @@ class Verdicts:
         return len(self.probability)
 
     @cached_property
+    def has_direction(self) -> NDArray[np.bool_]:
+        """(H,) whether something tells a direction of what faces the camera: where its required component is a disc two
+        components must be confirmed, or one that is none; or beside the required one all others together speak for it,
+        as dots of few pixels do."""
+        claims = self.claims
+        finder, surface = claims.finder, claims.finder.surface
+        if not (finder.facing and finder.target.model.needs_another):
+            return np.ones(len(claims), bool)
+        confirmed = np.asarray(self.confirmed, bool)
+        discs = np.array([c.is_disc for c in finder.target.model.components])
+        told = (confirmed & ~discs).any(axis=1) | (confirmed.sum(axis=1) > 1)
+        around = surface.markers[surface.component[surface.markers] != finder.root]
+        return np.asarray(told | (confirmed[:, finder.root] & (claims.scores.votes[:, around].sum(axis=1) > 0)))
+
+    @cached_property
+    def is_free(self) -> NDArray[np.bool_]:
+        """(H,) whether enough of each is nobody else's: what others leave of their rims is no object."""
+        claims, m = self.claims, self.claims.finder.surface.marker_columns
+        free_px, full_px = (px[:, m].sum(axis=1) for px in (claims.scores.area_px, claims.seen.full_px))
+        return np.asarray(free_px >= claims.finder.config.verdict.least_free * full_px)
+
+    @cached_property
     def required_shown(self) -> NDArray[np.bool_]:
         """(H,) whether the required component is confirmed, or others are, and it shows too little to be so, as where
         something unknown lies over part of it, but what it shows speaks for it."""
@@ -91,6 +113,21 @@ class Verdict:
     def claim(self) -> Claim:
         """What it is about."""
         return self.among.claims[self.row]
+
+    @property
+    def finder(self) -> WholeObjectFinder:
+        """The claim's."""
+        return self.among.claims.finder
+
+    @property
+    def poses(self) -> Poses:
+        """The claim's one hypothesis."""
+        return self.among.claims.poses[self.row : self.row + 1]
+
+    @property
+    def votes(self) -> float:
+        """The claim's."""
+        return float(self.among.claims.votes[self.row])
 
     @cached_property
     def shown(self) -> tuple[int, ...]:

@@ -67,33 +67,35 @@ class Chances:
         """(H,) how many objects with the same components confirmed chance makes of the blobs that are left to it, each
         component within its marker's size of where it should be. None of what has one component: its looks alone say
         what it is."""
-        if not len(blobs) or len(self._finder.surface.labels) == 1:
+        if not len(blobs) or not len(verdicts) or len(self._finder.surface.labels) == 1:
             return np.zeros(len(verdicts))
         seen = _Blobs.of(blobs)
         explained, sure = _explained(among, frame, seen), np.array([_surety(v) for v in among])
-        clutter, bears = np.prod(1 - explained * sure[:, None], axis=0), _bears(self._finder, seen)
+        clutter = np.prod(1 - explained * sure[:, None], axis=0)
         own = {id(v): row for v, row in zip(among, explained, strict=True)}
-        free = [clutter * ~own[id(v)] for v in verdicts]
-        frame_px = float(np.prod(frame.size))
-        return np.array([self._of(v, f, bears, seen, frame_px) for v, f in zip(verdicts, free, strict=True)])
+        free = clutter * ~np.array([own[id(v)] for v in verdicts])
+        return self._left_to(verdicts, free, seen, float(np.prod(frame.size)))
 
-    def _of(self, verdict: Verdict, free: Array, bears: NDArray[np.bool_], seen: _Blobs, frame_px: float) -> float:
-        """`expected` of one. :param free: (B,) how far each blob is left to chance. :param bears: see `_bears`."""
-        confirmed, root = [c for c, yes in enumerate(verdict.confirmed) if yes], self._finder.root
-        if not confirmed or not free.any():
-            return 0.0
-        area_px = self._finder.surface.sides.blobs[1][[verdict.shown[c] for c in confirmed]] * verdict.claim.scale**2
+    def _left_to(self, verdicts: Sequence[Verdict], free: Array, seen: _Blobs, frame_px: float) -> Array:
+        """`expected` of H objects. :param free: (H, B) how far each blob is left to chance."""
+        confirmed, root = np.array([v.confirmed for v in verdicts]), self._finder.root
+        scale = np.array([v.among.claims.scale[v.row] for v in verdicts])
+        shown = np.array([v.shown for v in verdicts])
+        area_px = self._finder.surface.sides.blobs[1][shown] * scale[:, None] ** 2  # (H, C)
         ratio = self._finder.config.verdict.left_over_ratio
-        like = bears[confirmed] & (np.abs(np.log(seen.area_px / area_px[:, None])) < np.log(ratio))
-        count = like @ free
-        first = confirmed.index(root) if root in confirmed else 0
-        covered = np.pi * area_px * count / frame_px
-        covered[first] = 1.0  # what chance takes for it is where the others are sought
-        return float(count[first] * self._ways(tuple(confirmed)) * covered.prod())
+        like = (seen.area_px < ratio * area_px[..., None]) & (ratio * seen.area_px > area_px[..., None])
+        count = np.einsum("hcb,hb->hc", like & _bears(self._finder, seen), free)
+        rows, first = np.arange(len(count)), np.where(confirmed[:, root], root, confirmed.argmax(axis=1))
+        covered = np.where(confirmed, np.pi * area_px * count / frame_px, 1.0)
+        covered[rows, first] = 1.0  # what chance takes for it is where the others are sought
+        ways = [self._ways(tuple(np.flatnonzero(own).tolist())) for own in confirmed]
+        return np.asarray(count[rows, first] * ways * covered.prod(axis=1))
 
     def _ways(self, confirmed: tuple[int, ...]) -> float:
         """In how many ways an object with one of these components in its place can be turned and bent, as far as others
-        of them are a marker's size from where they were."""
+        of them are a marker's size from where they were; in none without one."""
+        if not confirmed:
+            return 0.0
         if confirmed not in self._turns:
             self._turns[confirmed] = _ways(self._finder, np.array(confirmed))
         return self._turns[confirmed]

@@ -100,7 +100,7 @@ class Judge:
         # or it cannot be seen: that is no matter here
         shown = (verdicts.required_shown | _WITHOUT_REQUIRED[verdicts.case]) & (confirmed.sum(axis=1) >= wanted)
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
-        return np.asarray(enough & shown & held & _has_direction(verdicts) & _is_free(verdicts))
+        return np.asarray(enough & shown & held & verdicts.has_direction & verdicts.is_free)
 
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
@@ -156,7 +156,7 @@ class Judge:
         """Why a claim is no object, as far as that is known at once; None where it is one."""
         if verdict.claim.votes < self.min_votes:
             return f"{verdict.claim.votes:.0f} votes of the labels, {self.min_votes:.0f} are wanted"
-        if not _is_free(verdict.among)[verdict.row]:
+        if not verdict.among.is_free[verdict.row]:
             return "almost all of it lies where others are found"
         if not self.shows_required(verdict):
             model, lack = verdict.claim.finder.surface.model, verdict.without_required
@@ -172,7 +172,7 @@ class Judge:
         confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
-        if not _has_direction(verdict.among)[verdict.row]:
+        if not verdict.among.has_direction[verdict.row]:
             return NO_DIRECTION
         if verdict.probability < self.min_probability:
             return too_low(verdict.probability, self.min_probability, verdict.doubt)
@@ -192,25 +192,3 @@ def _trust(verdicts: Verdicts, rows: NDArray[np.int64]) -> Array:
     claims = verdicts.claims
     shown = 1 - claims.contradicted(rows) / np.maximum(claims.votes[rows], 1.0)
     return np.asarray(verdicts.probability[rows] * np.minimum(np.maximum(shown, _LEAST), 1.0))
-
-
-def _has_direction(verdicts: Verdicts) -> NDArray[np.bool_]:
-    """(H,) whether something tells a direction of what faces the camera: where its required component is a disc two
-    components must be confirmed, or one that is none; or beside the required one all others together speak for it, as
-    dots of few pixels do."""
-    claims = verdicts.claims
-    finder, surface = claims.finder, claims.finder.surface
-    if not (finder.facing and finder.target.model.needs_another):
-        return np.ones(len(claims), bool)
-    confirmed = np.asarray(verdicts.confirmed, bool)
-    discs = np.array([c.is_disc for c in finder.target.model.components])
-    told = (confirmed & ~discs).any(axis=1) | (confirmed.sum(axis=1) > 1)
-    around = surface.markers[surface.component[surface.markers] != finder.root]
-    return np.asarray(told | (confirmed[:, finder.root] & (claims.scores.votes[:, around].sum(axis=1) > 0)))
-
-
-def _is_free(verdicts: Verdicts) -> NDArray[np.bool_]:
-    """(H,) whether enough of each is nobody else's: what others leave of their rims is no object."""
-    claims, m = verdicts.claims, verdicts.claims.finder.surface.marker_columns
-    free_px, full_px = (px[:, m].sum(axis=1) for px in (claims.scores.area_px, claims.seen.full_px))
-    return np.asarray(free_px >= claims.finder.config.verdict.least_free * full_px)

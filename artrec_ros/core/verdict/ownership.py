@@ -217,14 +217,14 @@ class _Field:
 
 
 def _best_of_each_place(verdicts: list[Verdict], camera: Camera) -> list[Verdict]:
-    left, out = sorted(verdicts, key=lambda v: -v.claim.votes), []
-    while left:
-        best, left = left[0], left[1:]
-        out.append(best)
-        mine = [v for v in left if v.claim.finder is best.claim.finder]
-        if mine:
-            poses = Poses.concatenate([v.claim.poses for v in mine])
-            near = best.claim.finder.required.is_over(camera, poses, best.claim.poses)
-            gone = {id(v) for v, there in zip(mine, near, strict=True) if there}
-            left = [v for v in left if id(v) not in gone]
-    return out
+    """Of each target those that lie over none with more votes, of those that do not themselves; most votes first."""
+    order, gone = sorted(verdicts, key=lambda v: -v.votes), set[int]()
+    for finder in dict.fromkeys(v.finder for v in order):
+        rows = [n for n, v in enumerate(order) if v.finder is finder]
+        poses = Poses.concatenate([order[n].poses for n in rows])
+        over, left = finder.required.are_over(camera, poses, poses), np.ones(len(rows), bool)
+        for n, below in enumerate(over):
+            if left[n]:
+                left[n + 1 :] &= ~below[n + 1 :]
+        gone.update(np.array(rows)[~left].tolist())
+    return [v for n, v in enumerate(order) if n not in gone]

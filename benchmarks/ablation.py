@@ -32,7 +32,7 @@ from artrec_ros.core.pose import lookalikes, resting, seeds
 from artrec_ros.core.pose import view_bank as bank
 from artrec_ros.core.pose.climber import Climber
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.tools.main import main
 

@@ -22,7 +22,7 @@ from .model.target import Target
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .turned_down import turned_down
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by

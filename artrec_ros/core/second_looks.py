@@ -19,7 +19,7 @@ from .base.config import SearchConfig
 from .image.image_frame import ImageFrame
 from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .spatial_looks import SpatialLooks
 from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, silhouette

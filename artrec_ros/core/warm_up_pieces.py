@@ -36,8 +36,8 @@ from .pose.colour_fit import ColourFit
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
+from .pose.poses import Poses
 from .pose.rebends import Rebends
-from .pose.surface_model import Poses
 from .spatial_stage import SpatialStage
 from .verdict.judge import Judge
 from .verdict.parts import part_probabilities

@@ -13,7 +13,7 @@ from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.acceptance import Verdict, Verdicts
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.simulation.render import Renderer

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array
 from .distinct_kernels import first_of_cells
-from .surface_model import Poses
+from .poses import Poses
 
 
 def best_distinct(poses: Poses, score: Array, n: int, config: SearchConfig) -> np.ndarray:

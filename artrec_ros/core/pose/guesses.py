@@ -12,8 +12,9 @@ from ..image.image_frame import ImageFrame
 from ..model.objects import Marker, ObjectModel
 from .bends import Bends
 from .distinct import best_distinct
+from .poses import Poses
 from .solid_views import solids_of
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .view_bank import ViewBank
 from .views import lift, view_bank
 from .votes import Labels

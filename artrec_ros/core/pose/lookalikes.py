@@ -16,7 +16,8 @@ from ..geometry.transforms import Pose, rotation_from_rotvec
 from ..model.objects import Marker
 from ..model.same_turns import Looks
 from ..model.surface import sample_contour
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _TURNS = 2 * np.pi * np.arange(144) / 144  # that are looked at: 2.5 degrees apart
 _SAMPLES = 48  # of an outline

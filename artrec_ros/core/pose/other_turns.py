@@ -23,7 +23,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .distinct import best_distinct
 from .finder import WholeObjectFinder
-from .surface_model import Poses
+from .poses import Poses
 from .turn_evidence import evidence, turn_odds
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last

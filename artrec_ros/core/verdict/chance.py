@@ -24,7 +24,7 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .acceptance import Verdict
 
 

@@ -15,8 +15,8 @@ from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing, 
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.other_ways import LEAST_BEND, OtherWays
+from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from ..pose.surface_model import Poses
 from .acceptance import Verdict, verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, beyond_chance

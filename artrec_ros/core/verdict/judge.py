@@ -14,7 +14,7 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .acceptance import CASES, Verdict, Verdicts, verdicts_of
 from .claims import Seen, claims_of, swollen
 from .reach import Reach

@@ -17,7 +17,7 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .acceptance import Verdict
 from .descriptions import Describer
 from .enough import enough_of, without_surplus

@@ -14,7 +14,7 @@ from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .acceptance import Verdict, Verdicts
 from .claims import Seen, widened
 from .contenders import Contenders

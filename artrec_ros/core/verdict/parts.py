@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.transforms import Array
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from . import acceptance_curves, facing_curves
 from .acceptance import Verdict, packed
 from .curve_kernels import Curves, probabilities

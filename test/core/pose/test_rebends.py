@@ -14,9 +14,9 @@ from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.rebends import Rebends
-from artrec_ros.core.pose.surface_model import Poses
 
 CAMERA = camera_of()
 

@@ -18,7 +18,8 @@ from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.pose.three_points import ThreePoints
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.second_looks import SecondLooks

@@ -19,7 +19,7 @@ from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
-from .inspecting.model_report import oddities
+from .inspecting.oddities import oddities
 from .interrupting import interruptible
 from .main import INTERRUPTED
 from .options.outputs import OF_RECORDING, check_not_read, check_output

@@ -146,8 +146,7 @@ def _replay(
         ):
             take = counted(summaries, folder, not args.no_timing, shown.update)
             setup = order.setup
-            in_doubt, least = setup.recognizer.in_doubt, setup.recognizer.min_probability
-            join = Join(Tracker(setup.tracking, setup.targets, in_doubt, least))
+            join = Join(Tracker(setup.tracking, setup.targets, setup.recognizer))
             running = Running(
                 order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, tell,
                 chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ..core.base.errors import SourceError
-from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
-from ..core.ways import SPACE, way_of
+from ..core.ways import SPACE, remembers, way_of
 from ..io.bags.reader import STORAGES
 from ..io.base.bars import bar, say
 from ..io.parameters.parameter_file import Setup, load_parameters

@@ -24,7 +24,6 @@ from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.poses import Poses
 from .turned_down import turned_down
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.doubts import doubtful
@@ -32,6 +31,7 @@ from .verdict.judge import Judge
 from .verdict.looks import Looks
 from .verdict.offers import Found, Offers, Shared
 from .verdict.ownership import share_out
+from .verdict.verdicts import Verdict
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
 _Task = tuple[FacingSearch, Sequence[Blob], Sequence[Blob]]

@@ -21,8 +21,8 @@ from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.through_middles import Middles
-from .verdict.acceptance import Verdict
 from .verdict.left_over import LeftOver, LeftOvers
+from .verdict.verdicts import Verdict
 
 
 class LeftOverLooks:

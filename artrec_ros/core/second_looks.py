@@ -21,11 +21,11 @@ from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .spatial_looks import SpatialLooks
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, silhouette
 from .verdict.judge import Judge
 from .verdict.looks import Looks
 from .verdict.ownership import share_out
+from .verdict.verdicts import Verdict
 
 _ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
 _Found = Sequence[tuple[WholeObjectFinder, Poses]]

@@ -15,8 +15,8 @@ from .pose.distinct import is_near
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.ranked import Ranked
-from .verdict.acceptance import Verdicts
 from .verdict.judge import Judge
+from .verdict.verdicts import Verdicts
 
 
 @dataclass(frozen=True, eq=False)

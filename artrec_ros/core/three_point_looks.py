@@ -19,9 +19,9 @@ from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.ranked import Ranked
 from .pose.three_points import ThreePoints
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
+from .verdict.verdicts import Verdict
 
 
 class ThreePointLooks:

@@ -11,11 +11,11 @@ from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
-from .verdict.acceptance import Verdict
 from .verdict.claims import Claim, left_by
 from .verdict.descriptions import rejection_of
 from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
+from .verdict.verdicts import Verdict
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter
 _AROUND_PX = 2.0  # of a blob's bounding box: seams

@@ -14,7 +14,7 @@ from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.poses import Poses
-from artrec_ros.core.verdict.acceptance import Verdict, Verdicts
+from artrec_ros.core.verdict.verdicts import Verdict, Verdicts
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene

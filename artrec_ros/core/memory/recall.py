@@ -14,7 +14,7 @@ from ..geometry.camera import Camera
 from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
-from ..verdict.acceptance import Verdict
+from ..verdict.verdicts import Verdict
 from .looks import NO_LOOKS, Looks
 from .memory import Known, Memory, numbers_of
 from .turns import Turns

@@ -19,9 +19,9 @@ from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
 from ..pose.poses import Poses
-from .acceptance import Verdict
 from .judge import Judge
 from .nearer import behind_others
+from .verdicts import Verdict
 
 
 class AtRest(NamedTuple):

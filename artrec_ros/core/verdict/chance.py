@@ -25,7 +25,7 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
-from .acceptance import Verdict
+from .verdicts import Verdict
 
 
 class _Blobs(NamedTuple):

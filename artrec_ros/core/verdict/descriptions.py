@@ -17,7 +17,7 @@ from ..pose.other_layouts import Layouts
 from ..pose.other_ways import LEAST_BEND, OtherWays
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from .acceptance import Verdict, verdicts_of
+from .acceptance import verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, beyond_chance
 from .claims import claims_of
@@ -28,6 +28,7 @@ from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_places import beside_other_places
 from .parts import part_probabilities
+from .verdicts import Verdict
 
 _NO_PART = Part(-1, 0.0)
 
@@ -110,13 +111,9 @@ class Describer:
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks, times[n])
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        detections = [
-            d if e is None else replace(_beside(d, e), other_turn=None)
-            for d, e in zip(detections, rest.elsewhere, strict=True)
-        ]
-        detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
         ways = self._other_ways.of(shows, poses, seen, rest.used)
-        detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
+        each = zip(detections, rest.elsewhere, rest.others, ways, strict=True)
+        detections = [_otherwise(*one) for one in each]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
         if layouts is None or not layouts.by_seen.any():
             return detections
@@ -246,6 +243,19 @@ def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list
     for v, of in zip(new, part_probabilities(new), strict=True):
         known[v] = {c: Part(v.shown[c], p) for c, p in of.items()}
     return [dict(known[v]) for v in verdicts]
+
+
+def _otherwise(
+    detection: Detection, elsewhere: OtherTurn | None, other: OtherTurn | None, way: OtherTurn | None
+) -> Detection:
+    """A detection with what else may be true of it.
+
+    :param elsewhere: where it may lie as well, which covariance and deviations alone tell. :param other: another turn.
+    :param way: another way to bend it.
+    """
+    if elsewhere is not None:
+        detection = replace(_beside(detection, elsewhere), other_turn=None)
+    return _beside_way(_beside(detection, other), way)
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

@@ -9,11 +9,11 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection
 from ..pose.finder import WholeObjectFinder
-from .acceptance import Verdict
 from .descriptions import Describer
 from .enough import lack_of
 from .judge import Judge
 from .offers import Told
+from .verdicts import Verdict
 
 _MOST = 3  # are described of each object, the most probable: what an image is full of is clutter
 

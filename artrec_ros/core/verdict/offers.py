@@ -18,10 +18,10 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
-from .acceptance import Verdict
 from .descriptions import Describer
 from .enough import enough_of, without_surplus
 from .judge import Judge
+from .verdicts import Verdict
 
 _ROUNDS = 3  # what one that went has kept away may go in its turn
 Found = Sequence[tuple[WholeObjectFinder, Poses]]

@@ -15,11 +15,11 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
-from .acceptance import Verdict, Verdicts
 from .claims import Seen, widened
 from .contenders import Contenders
 from .judge import Judge
 from .looks import Judged, Looks, Owner, Owners
+from .verdicts import Verdict, Verdicts
 
 _AT_ONCE = 64  # claims between two looks at the clock
 

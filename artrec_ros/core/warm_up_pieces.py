@@ -30,7 +30,8 @@ from .grouping.packing import pack
 from .image.blobs import Blob, find_blobs
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.objects import Box, Component, Joint, Marker, ObjectModel
+from .model.marker import Marker
+from .model.objects import Box, Component, Joint, ObjectModel
 from .model.target import Target
 from .pose.colour_fit import ColourFit
 from .pose.finder import WholeObjectFinder

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
 from ..model.found import Instance
-from ..model.objects import Marker
+from ..model.marker import Marker
 from .pairs import Key, key_from_text
 
 _LEAST_EXAMPLES = 8

@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
-from ..model.objects import Box, Component, Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import Box, Component, ObjectModel
 from ..pose.poses import Poses
 from .marked_views import Figure, axis_ends, markers_of
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Pose, rotation_from_rotvec
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.same_turns import Looks
 from ..model.surface import sample_contour
 from .poses import Poses

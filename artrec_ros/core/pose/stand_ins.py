@@ -13,7 +13,7 @@ import numpy as np
 
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.surface import Patch
 from .lookalikes import middle_of, turns_alike
 from .poses import Poses

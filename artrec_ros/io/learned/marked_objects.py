@@ -24,7 +24,8 @@ from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.identities import identities_of as existing_identities
-from ...core.model.objects import Component, Marker
+from ...core.model.marker import Marker
+from ...core.model.objects import Component
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco

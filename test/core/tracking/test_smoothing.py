@@ -8,7 +8,8 @@ from test_tracking import COVARIANCE, PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import RecognizerConfig, TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker
 

@@ -29,6 +29,7 @@ class Poses:
 
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
+        """The rows of one part or more, in order."""
         R, t, q = [p.R for p in parts], [p.t for p in parts], [p.q for p in parts]
         return cls(np.concatenate(R), np.concatenate(t), np.concatenate(q))
 

@@ -35,11 +35,13 @@ class Places(NamedTuple):
 
     @classmethod
     def found(cls, names: Sequence[str], s: Sightings) -> Places:
+        """Of detections. :param names: (N,) of their objects."""
         position = np.where(s.posed[:, None], s.position, np.nan)
         return cls(names, position, s.place[:, :2], s.size_m, s.size_m * s.unit[:, 0])
 
     @classmethod
     def expected(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
+        """Of tracks, where they are expected. :param sizes: object's name -> size of its required component, metres."""
         place, size_m = tracks.expected, np.array([sizes.get(name, 0.0) for name in tracks.names])
         position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
         return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))

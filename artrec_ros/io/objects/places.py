@@ -30,6 +30,7 @@ def read_pose(value: Value) -> Pose:
 
 
 def read_direction(value: Value) -> Array:
+    """(3,) of length 1. :raises ConfigError: naming file and key: it is none."""
     v = value.vector(3, 1e6)
     if np.linalg.norm(v) < 1e-9:
         raise value.error("is no direction: its length is zero")
@@ -42,6 +43,7 @@ def pose_among(value: Value, given: Mapping[str, Value], *others: str) -> Pose:
 
 
 def read_box(value: Value) -> Box:
+    """A box of full size, metres, with the pose beside it. :raises ConfigError: naming file and key."""
     given = value.fields(required=("size",), optional=("xyz", "rpy", "x_axis", "y_axis"))
     size = np.array([v.number(high=MOST_M, above=0) for v in given["size"].items()])
     if len(size) != 3:

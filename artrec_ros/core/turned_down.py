@@ -15,7 +15,7 @@ from .verdict.claims import Claim, left_by
 from .verdict.descriptions import rejection_of
 from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
-from .verdict.verdicts import Verdict
+from .verdict.offers import Told
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter
 _AROUND_PX = 2.0  # of a blob's bounding box: seams
@@ -24,20 +24,19 @@ _AROUND_PX = 2.0  # of a blob's bounding box: seams
 def turned_down(
     frame: ImageFrame,
     judge: Judge,
-    verdicts: tuple[Sequence[Verdict], Sequence[Verdict], Sequence[Verdict]],
+    told: Told,
     finders: Sequence[WholeObjectFinder],
     blobs: Sequence[Blob],
 ) -> Iterator[Rejection]:
     """Of every candidate the reason, and of large blobs that nothing explains that there was no candidate.
 
-    :param verdicts: on objects, on those of them of which there are enough, and on other candidates.
+    :param told: what is told of it.
     :param blobs: that were looked at, as far as `finders` look for their class.
     """
-    accepted, surplus, others = verdicts
-    told = [rejection_of(v, frame, judge, NONE_LEFT) for v in surplus]
-    told += [rejection_of(v, frame, judge) for v in others]
-    yield from told
-    yield from _unexplained(frame, finders, blobs, [v.claim for v in accepted], told)
+    rejected = [rejection_of(v, frame, judge, NONE_LEFT) for v in told.surplus]
+    rejected += [rejection_of(v, frame, judge) for v in told.shared.others]
+    yield from rejected
+    yield from _unexplained(frame, finders, blobs, [v.claim for v in told.shared.accepted], rejected)
 
 
 def _unexplained(

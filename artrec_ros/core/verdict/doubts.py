@@ -20,7 +20,7 @@ _MOST = 3  # are described of each object, the most probable: what an image is f
 
 def verdicts_in_doubt(finder: WholeObjectFinder, judge: Judge, told: Told) -> Iterator[Verdict]:
     """Those on one target's candidates that are not told for they are not probable enough."""
-    return (v for v in told.shared[1] if v.claim.finder is finder and judge.doubts(v))
+    return (v for v in told.shared.others if v.claim.finder is finder and judge.doubts(v))
 
 
 def doubtful(

@@ -7,15 +7,16 @@ from collections.abc import Iterator, Sequence
 import cv2
 import numpy as np
 
+from .geometry.projection import project
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
 from .verdict.claims import Claim, left_by
-from .verdict.descriptions import rejection_of
 from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
 from .verdict.offers import Told
+from .verdict.verdicts import Verdict
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter
 _AROUND_PX = 2.0  # of a blob's bounding box: seams
@@ -30,13 +31,22 @@ def turned_down(
 ) -> Iterator[Rejection]:
     """Of every candidate the reason, and of large blobs that nothing explains that there was no candidate.
 
-    :param told: what is told of it.
+    :param told: what is told of the frame.
     :param blobs: that were looked at, as far as `finders` look for their class.
     """
-    rejected = [rejection_of(v, frame, judge, NONE_LEFT) for v in told.surplus]
-    rejected += [rejection_of(v, frame, judge) for v in told.shared.others]
+    rejected = [_rejection_of(v, frame, judge, NONE_LEFT) for v in told.surplus]
+    rejected += [_rejection_of(v, frame, judge) for v in told.shared.others]
     yield from rejected
     yield from _unexplained(frame, finders, blobs, [v.claim for v in told.shared.accepted], rejected)
+
+
+def _rejection_of(
+    verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
+) -> Rejection:
+    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
+    x, y = project(frame.camera, verdict.claim.poses.t)[0]
+    name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
+    return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))
 
 
 def _unexplained(

@@ -32,8 +32,9 @@ from artrec_ros.core.pose import lookalikes, resting, seeds
 from artrec_ros.core.pose import view_bank as bank
 from artrec_ros.core.pose.climber import Climber
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.core.verdict.ownership import Shared
 from artrec_ros.tools.main import main
 
 COLUMNS = {
@@ -88,7 +89,7 @@ def likely(judge: Any, votes: Any, probability: Any) -> Any:
     return (votes >= judge.min_votes) & (probability >= judge.min_probability)
 
 
-def by_place(found: Any, frame: Any, judge: Any) -> tuple[list[Any], list[Any]]:
+def by_place(found: Any, frame: Any, judge: Any) -> Shared:
     """In place of `ownership.share_out`: the best at each place, as of labels that nobody owns."""
     rows = []
     for finder, poses in found:
@@ -101,7 +102,7 @@ def by_place(found: Any, frame: Any, judge: Any) -> tuple[list[Any], list[Any]]:
         mine = [v.claim.poses for v in accepted if v.claim.finder is claim.finder]
         if not mine or not claim.finder.required.is_over(frame.camera, Poses.concatenate(mine), claim.poses).any():
             accepted.append(verdict)
-    return accepted, []
+    return Shared(accepted, ())
 
 
 def hard(self: Any, of_labels: Any) -> Any:

@@ -23,12 +23,12 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.spatial_search import SpatialSearch
-from artrec_ros.core.verdict.acceptance import Verdict
 from artrec_ros.core.verdict.descriptions import Describer
 from artrec_ros.core.verdict.evidence import Evidence
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
 from artrec_ros.core.verdict.parts import PartEvidence, part_evidence
+from artrec_ros.core.verdict.verdicts import Verdict
 from artrec_ros.simulation.simulator import SimulatedFrame
 from artrec_ros.simulation.surfaces import component_poses
 from artrec_ros.simulation.truth import MarkerTruth, ObjectTruth

@@ -31,10 +31,10 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.verdict import facing_curves
-from artrec_ros.core.verdict.acceptance import Verdict
 from artrec_ros.core.verdict.descriptions import Describer
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
+from artrec_ros.core.verdict.verdicts import Verdict
 from artrec_ros.simulation.simulator import SimulatedFrame
 from artrec_ros.simulation.surfaces import component_poses
 from artrec_ros.simulation.truth import ObjectTruth

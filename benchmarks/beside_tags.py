@@ -30,7 +30,8 @@ from numpy.typing import NDArray
 from artrec_ros.core.base.config import ClassConfig, ImageConfig, RecognizerConfig
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig

@@ -23,7 +23,8 @@ from artrec_ros.core.grouping.group_search import Group
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import Detection, Instance
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict import report as reporting

@@ -32,8 +32,9 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection
 from artrec_ros.core.pose.covariance import deviations_without_image, pose_covariances, sources
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.restarts import scatter
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict import at_rest
 from artrec_ros.simulation.simulator import SimulatedFrame

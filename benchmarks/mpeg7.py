@@ -19,7 +19,8 @@ import numpy as np
 from artrec_ros.core.alignment.shapes import Shape
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.outlines import silhouette_outline

@@ -24,7 +24,8 @@ from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer

@@ -18,7 +18,8 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 
 SIZE, FOCAL_PX = (480, 320), 520.0

@@ -16,7 +16,8 @@ import numpy as np
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
-from artrec_ros.core.model.objects import Box, Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SensorConfig
 from artrec_ros.simulation.render import Renderer

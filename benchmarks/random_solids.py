@@ -17,7 +17,8 @@ from random_patterns import random_clutter, shaded
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Array, Pose, rotation_from_rotvec
-from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from artrec_ros.core.model.objects import Marker
+from artrec_ros.core.model.marker import Marker
 
 Work = Callable[[], object]
 _TAGS = cv2.aruco.getPredefinedDictionary(cv2.aruco.DICT_4X4_50)

@@ -26,7 +26,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_turns
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.turn_evidence import Evidence, evidence
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.solids import box_solid, cylinder_solid

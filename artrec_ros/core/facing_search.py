@@ -25,8 +25,8 @@ from .pose.facing_limbs import FacingLimbs
 from .pose.facing_pairs import FacingPairs
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import is_small
+from .pose.poses import Poses
 from .pose.ranked import Ranked, first_of_each
-from .pose.surface_model import Poses
 
 _TURNS = 24  # all around: hypotheses of one place that differ by less than one are alike
 _ALIKE = 2  # rivals that are alike where a disc tells no direction: one and its fit to the contours

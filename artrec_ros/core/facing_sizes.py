@@ -15,8 +15,8 @@ from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
+from .pose.poses import Poses
 from .pose.ranked import Ranked, first_of_each
-from .pose.surface_model import Poses
 
 
 class FacingSizes:

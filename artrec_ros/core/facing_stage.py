@@ -22,16 +22,16 @@ from .model.target import Target
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .turned_down import turned_down
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.doubts import doubtful
 from .verdict.judge import Judge
 from .verdict.looks import Looks
-from .verdict.offers import Found, Offers, Shared
-from .verdict.ownership import share_out
+from .verdict.offers import Found, Offers
+from .verdict.ownership import Shared, share_out
+from .verdict.verdicts import Verdict
 
 # blobs of the required component's class, and those of others' in which an object is looked for, too
 _Task = tuple[FacingSearch, Sequence[Blob], Sequence[Blob]]
@@ -74,11 +74,10 @@ class FacingStage:
         detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
-        verdicts = told.shared[0], told.surplus, told.shared[1]
         in_doubt = partial(doubtful, self.describers, self._judge, faced, blobs, told)
         return StageResult(
             tuple(detections),
-            Deferred(lambda: (*told.doubtful, *turned_down(faced, self._judge, verdicts, finders, looked_at))),
+            Deferred(lambda: (*told.doubtful, *turned_down(faced, self._judge, told, finders, looked_at))),
             Deferred(lambda: (self._faced(d, faced) for d in in_doubt())),
         )
 
@@ -90,26 +89,24 @@ class FacingStage:
             return told
         return replace(told, other_place=replace(other, told=self._placer.faced(other.told, faced)))
 
-    def verdicts(
-        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
-    ) -> tuple[list[Verdict], Sequence[Verdict]]:
-        """Verdicts on objects, best first, and on the best of the others at each place: see `candidates`."""
+    def verdicts(self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Shared:
+        """What becomes of candidates: see `candidates`."""
         return self.candidates(faced, blobs, limits)[1]
 
     def candidates(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
-    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], tuple[list[Verdict], Sequence[Verdict]]]:
+    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], Shared]:
         """All candidates, and what `share_out` makes of them.
 
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
         found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
         first, in_time = self._shared_out(found, faced, looks)
-        through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first[0], blobs)
+        through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first.accepted, blobs)
         if through and in_time:
             again, in_time = self._shared_out([*found, *through.items()], faced, looks)
             found, first = ([*found, *through.items()], again) if in_time else (found, first)
-        more = self._of_the_rest(faced, blobs, limits, first[0])
+        more = self._of_the_rest(faced, blobs, limits, first.accepted)
         if not any(len(poses) for _, poses in more):
             return found, first
         together, in_time = self._shared_out(found + more, faced, looks)
@@ -160,9 +157,7 @@ class FacingStage:
         shared, in_time = self._shared_out(found, faced, Looks())
         return shared if in_time else None
 
-    def _shared_out(
-        self, found: Found, frame: ImageFrame, looks: Looks
-    ) -> tuple[tuple[list[Verdict], Sequence[Verdict]], bool]:
+    def _shared_out(self, found: Found, frame: ImageFrame, looks: Looks) -> tuple[Shared, bool]:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)
         return share_out(found, hurried, self._judge, looks), not hurried.deadline.hit

@@ -8,7 +8,7 @@ from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .verdict.claims import silhouette
 from .verdict.judge import Judge
 

@@ -16,7 +16,7 @@ from .memory.memory import Known
 from .memory.recall import Recall
 from .memory.turns import Turns
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .spatial_looks import Followed, SpatialLooks
 from .verdict.claims import silhouette
 

@@ -19,10 +19,10 @@ from .memory.recall import Recall
 from .pose.ball_blobs import BallBlobs
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .pose.through_middles import Middles
-from .verdict.acceptance import Verdict
 from .verdict.left_over import LeftOver, LeftOvers
+from .verdict.verdicts import Verdict
 
 
 class LeftOverLooks:

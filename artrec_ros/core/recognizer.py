@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +14,7 @@ from .base.deadline import Deadline
 from .base.deferred import Deferred
 from .base.errors import ConfigError
 from .base.patience import Patience
+from .base.stopwatch import Stopwatch
 from .blobless import blobless
 from .constraints.constraint_set import ConstraintSet
 from .facing_stage import FacingStage
@@ -24,9 +22,10 @@ from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .geometry.scene import Scene
 from .image.blobs import Blob, centres, find_blobs
-from .image.codes import LABELS, Codes
+from .image.codes import LABELS
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
+from .image.labeller import Labeller
 from .memory.memory import Memory
 from .memory.recall import Recall
 from .model.found import Detection, FrameResult, Rejection, StageResult
@@ -36,47 +35,8 @@ from .pose.on_plane import PlanePlacer
 from .spatial_stage import SpatialStage
 from .verdict.classify import Classifier
 from .verdict.identity import one_of_each
-from .warm_up import Told, get_ready
-from .warm_up_pieces import PLANE as PLANE_PARTS
-from .warm_up_pieces import SPACE as WHOLE_PARTS
-from .ways import FACING, PAPER, PLANE, SPACE, of_way, way_of
-
-
-class Labeller(Protocol):
-    """What turns an image into class labels: `segmentation.Segmenter`."""
-
-    @property
-    def blank(self) -> tuple[int, ...]:
-        """Ignored rectangles x,y,width,height,..."""
-
-    @property
-    def meaning(self) -> Codes:
-        """Of the codes that it reads."""
-
-    @property
-    def gamma(self) -> float:
-        """Values of images grow with light to the power of its reciprocal."""
-
-    def codes(self, image: NDArray) -> NDArray[np.uint8]:
-        """(H, W) what pixels show."""
-
-
-class Stopwatch:
-    """Milliseconds per named stage."""
-
-    def __init__(self) -> None:
-        self._start = time.perf_counter()
-        self.ms = dict.fromkeys(("segmentation", "blobs", "alignment", "grouping", "pose", "total"), 0.0)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        start = time.perf_counter()
-        yield
-        self.ms[name] += 1e3 * (time.perf_counter() - start)
-
-    def stop(self) -> dict[str, float]:
-        self.ms["total"] = 1e3 * (time.perf_counter() - self._start)
-        return self.ms
+from .warm_up import Told, get_ready, parts_needed
+from .ways import FACING, PAPER, PLANE, SPACE, of_way, remembers, way_of
 
 
 def check_targets(targets: Sequence[Target]) -> None:
@@ -87,18 +47,6 @@ def check_targets(targets: Sequence[Target]) -> None:
     for target in targets:
         if isinstance(target.constraints, ConstraintSet):
             target.constraints.check_model(target.model)
-
-
-def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
-    """Which parts of the method, for `warm_up`, are at work in images with or without calibration."""
-    ways = {way_of(t, config, calibrated=calibrated) for t in targets}
-    return (WHOLE_PARTS,) * bool(ways & {SPACE, FACING}) + (PLANE_PARTS,) * bool(ways & {PLANE, PAPER})
-
-
-def remembers(targets: Sequence[Target], config: RecognizerConfig, calibrated: Iterable[bool]) -> bool:
-    """Whether one image tells something of the next, of images with or without calibration."""
-    ways = {way_of(t, config, calibrated=c) for t in targets for c in calibrated}
-    return config.memory and SPACE in ways
 
 
 class Recognizer:

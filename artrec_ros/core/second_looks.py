@@ -19,17 +19,16 @@ from .base.config import SearchConfig
 from .image.image_frame import ImageFrame
 from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .spatial_looks import SpatialLooks
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, silhouette
 from .verdict.judge import Judge
 from .verdict.looks import Looks
-from .verdict.ownership import share_out
+from .verdict.ownership import Shared, share_out
+from .verdict.verdicts import Verdict
 
 _ROUNDS = 3  # what an object gives back in one its neighbour may take in the next
 _Found = Sequence[tuple[WholeObjectFinder, Poses]]
-_Shared = tuple[list[Verdict], Sequence[Verdict]]
 
 
 class SecondLooks:
@@ -40,17 +39,17 @@ class SecondLooks:
         self._hurried, self._looks = frame.hurried(config.search_share), SpatialLooks(judge, config)
         self._seen: set[tuple[int, bytes, bytes]] = set()  # of a finder poses, and the labels in which these were bent
         self._of: dict[WholeObjectFinder, Poses] = {}  # all candidates so far
-        self._shared: _Shared = [], ()
+        self._shared = Shared([], ())
         self._first = Looks()
 
-    def shared(self, found: _Found) -> _Shared:
+    def shared(self, found: _Found) -> Shared:
         """What `share_out` makes of candidates, and of what second looks add to them."""
         self._of = dict(found)
         self._shared = share_out(found, self._frame, self._judge, self._first)
         self._bend_all()
         return self._shared
 
-    def beside(self, more: _Found) -> _Shared:
+    def beside(self, more: _Found) -> Shared:
         """The same with some more candidates."""
         if self._take(more):
             self._bend_all()
@@ -61,14 +60,14 @@ class SecondLooks:
         """All of them so far."""
         return list(self._of.items())
 
-    def again(self, found: _Found) -> _Shared | None:
+    def again(self, found: _Found) -> Shared | None:
         """What `share_out` makes of what is left of them; None: too late."""
         shared = share_out(found, self._frame, self._judge)
         return None if self._frame.deadline.expired else shared
 
     def _bend_all(self) -> None:
         for _ in range(_ROUNDS):
-            told = self._shared[0]
+            told = self._shared.accepted
             more = [(v.claim.finder, poses) for v in told for poses in self._bent(v, told)]
             if not (more and self._take(more)):
                 break

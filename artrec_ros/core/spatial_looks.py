@@ -13,10 +13,10 @@ from .memory.memory import Known
 from .pose.climber import Climb
 from .pose.distinct import is_near
 from .pose.finder import WholeObjectFinder
+from .pose.poses import Poses
 from .pose.ranked import Ranked
-from .pose.surface_model import Poses
-from .verdict.acceptance import Verdicts
 from .verdict.judge import Judge
+from .verdict.verdicts import Verdicts
 
 
 @dataclass(frozen=True, eq=False)

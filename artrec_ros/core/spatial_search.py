@@ -15,7 +15,7 @@ from .known_search import KnownSearch
 from .memory.recall import Recall
 from .memory.turns import Turns
 from .pose.finder import WholeObjectFinder
-from .pose.surface_model import Poses
+from .pose.poses import Poses
 from .rests import Rests
 from .spatial_looks import SpatialLooks
 from .verdict.judge import Judge

@@ -50,21 +50,19 @@ class SpatialStage:
         search_of = SpatialSearch(frame.hurried(search.search_share), judge, search, recall, self._crew)
         found = search_of.run(self._finders, blobs)
         looks = SecondLooks(frame, self._judge, search, recall)
-        accepted, others = looks.shared(found)
-        if by_points := self._three_points.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
-            accepted, others = looks.beside(list(by_points.items()))
-        if through := self._left_over.candidates(frame.hurried(search.search_share), accepted, blobs, recall):
-            accepted, others = looks.beside(list(through.items()))
+        shared = looks.shared(found)
+        for candidates in (self._three_points.candidates, self._left_over.candidates):
+            if more := candidates(frame.hurried(search.search_share), shared.accepted, blobs, recall):
+                shared = looks.beside(list(more.items()))
         offers = Offers(self._describers, self._judge, frame, blobs, surplus_alone=True)
-        told = offers.told(looks.candidates, (accepted, others), looks.again)
+        told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.verdicts, strict=True):
             if recall is not None:
                 recall.accept(finder, mine, frame.camera)
                 recall.doubt(finder, verdicts_in_doubt(finder, self._judge, told), frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
-        verdicts = told.shared[0], told.surplus, told.shared[1]
         return StageResult(
             tuple(d for mine in told.detections for d in mine),
-            Deferred(lambda: (*told.doubtful, *turned_down(frame, self._judge, verdicts, self._finders, looked_at))),
+            Deferred(lambda: (*told.doubtful, *turned_down(frame, self._judge, told, self._finders, looked_at))),
             Deferred(lambda: doubtful(self._describers, self._judge, frame, blobs, told)),
         )

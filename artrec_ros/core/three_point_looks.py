@@ -16,12 +16,12 @@ from .image.image_frame import ImageFrame
 from .memory.recall import Recall
 from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
+from .pose.poses import Poses
 from .pose.ranked import Ranked
-from .pose.surface_model import Poses
 from .pose.three_points import ThreePoints
-from .verdict.acceptance import Verdict
 from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
+from .verdict.verdicts import Verdict
 
 _TWO = 2  # blobs that tell a pose, of a long marker and another one: few pairs, beside threes
 

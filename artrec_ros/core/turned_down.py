@@ -6,15 +6,16 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from .geometry.projection import project
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .model.found import Rejection
 from .pose.finder import WholeObjectFinder
-from .verdict.acceptance import Verdict
 from .verdict.claims import Claim, left_by
-from .verdict.descriptions import rejection_of
 from .verdict.identity import NONE_LEFT
 from .verdict.judge import Judge
+from .verdict.offers import Told
+from .verdict.verdicts import Verdict
 
 _MOST = 3  # are told of each object, the largest: what an image is full of is clutter
 _AROUND_PX = 2.0  # of a blob's bounding box: seams
@@ -23,20 +24,28 @@ _AROUND_PX = 2.0  # of a blob's bounding box: seams
 def turned_down(
     frame: ImageFrame,
     judge: Judge,
-    verdicts: tuple[Sequence[Verdict], Sequence[Verdict], Sequence[Verdict]],
+    told: Told,
     finders: Sequence[WholeObjectFinder],
     blobs: Sequence[Blob],
 ) -> Iterator[Rejection]:
     """Of every candidate the reason, and of large blobs that nothing explains that there was no candidate.
 
-    :param verdicts: on objects, on those of them of which there are enough, and on other candidates.
+    :param told: what is told of the frame.
     :param blobs: that were looked at, as far as `finders` look for their class.
     """
-    accepted, surplus, others = verdicts
-    told = [rejection_of(v, frame, judge, NONE_LEFT) for v in surplus]
-    told += [rejection_of(v, frame, judge) for v in others]
-    yield from told
-    yield from _unexplained(frame, finders, blobs, [v.claim for v in accepted], told)
+    rejected = [_rejection_of(v, frame, judge, NONE_LEFT) for v in told.surplus]
+    rejected += [_rejection_of(v, frame, judge) for v in told.shared.others]
+    yield from rejected
+    yield from _unexplained(frame, finders, blobs, [v.claim for v in told.shared.accepted], rejected)
+
+
+def _rejection_of(
+    verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
+) -> Rejection:
+    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
+    x, y = project(frame.camera, verdict.claim.poses.t)[0]
+    name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
+    return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))
 
 
 def _unexplained(

@@ -16,8 +16,13 @@ from contextlib import suppress
 from pathlib import Path
 
 from .base import kernel_cache
+from .base.config import RecognizerConfig
 from .base.jit import kernels, share_compiled
-from .warm_up_pieces import PIECES, ROOMS, WHOLE
+from .model.target import Target
+from .warm_up_pieces import PIECES, PLANE, ROOMS, SPACE, WHOLE
+from .ways import FACING, PAPER, way_of
+from .ways import PLANE as IN_PLANE
+from .ways import SPACE as IN_SPACE
 
 Told = Callable[[float], None]  # called with the share done, 0 to 1, again and again; not at all if all is there
 
@@ -25,6 +30,12 @@ _MOST_PROCESSES = 4
 _LOOK_S = 0.2
 _ready: set[str] = set()
 _one_at_a_time = threading.Lock()
+
+
+def parts_needed(targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[str, ...]:
+    """Which parts of the method, for `get_ready`, are at work in images with or without calibration."""
+    ways = {way_of(t, config, calibrated=calibrated) for t in targets}
+    return (SPACE,) * bool(ways & {IN_SPACE, FACING}) + (PLANE,) * bool(ways & {IN_PLANE, PAPER})
 
 
 def get_ready(parts: Collection[str], told: Told = lambda share: None) -> None:

@@ -30,14 +30,15 @@ from .grouping.packing import pack
 from .image.blobs import Blob, find_blobs
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.objects import Box, Component, Joint, Marker, ObjectModel
+from .model.marker import Marker
+from .model.objects import Box, Component, Joint, ObjectModel
 from .model.target import Target
 from .pose.colour_fit import ColourFit
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
+from .pose.poses import Poses
 from .pose.rebends import Rebends
-from .pose.surface_model import Poses
 from .spatial_stage import SpatialStage
 from .verdict.judge import Judge
 from .verdict.parts import part_probabilities

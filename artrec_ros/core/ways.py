@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from .base.config import RecognizerConfig
 from .model.target import Target
@@ -31,3 +31,9 @@ def of_way(way: str, targets: Sequence[Target], config: RecognizerConfig, *, cal
 def all_on_plane(targets: Sequence[Target], config: RecognizerConfig) -> bool:
     """Whether every target gets its metric poses from the scene's plane, and needs no calibration for them."""
     return config.scene.plane.is_given and not of_way(SPACE, targets, config, calibrated=True)
+
+
+def remembers(targets: Sequence[Target], config: RecognizerConfig, calibrated: Iterable[bool]) -> bool:
+    """Whether one image tells something of the next, of images with or without calibration."""
+    ways = {way_of(t, config, calibrated=c) for t in targets for c in calibrated}
+    return config.memory and SPACE in ways

@@ -29,6 +29,7 @@ class Calibrations:
         self.problem = NONE_RECEIVED
 
     def receive(self, msg: CameraInfo) -> None:
+        """Keep a calibration, for images that bear its stamp or come later."""
         with self._lock:
             self._received.append(msg)
         if self.problem == NONE_RECEIVED:

@@ -24,18 +24,17 @@ _SWITCH_S = 1e-4  # an image that comes in must not wait 5 ms, Python's default,
 _MOST_FAULTS = 100  # in a row
 
 
-def main(argv: Sequence[str] | None = None, node_class: type[RecognizerNode] | None = None) -> int:
+def main(argv: Sequence[str] | None = None) -> int:
     """Run the node until SIGINT or SIGTERM.
 
     :param argv: arguments without the program's name; ROS' own begin with --ros-args.
-    :param node_class: a class of one's own, such as one that measures.
     :return: exit code: 0 stopped, 1 failed; 2 wrong usage, for which argparse exits.
     """
     stop = Stop()  # before anything that takes time: the other imports are below for that
-    return _run(list(sys.argv[1:] if argv is None else argv), node_class, stop)
+    return _run(list(sys.argv[1:] if argv is None else argv), stop)
 
 
-def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
+def _run(arguments: list[str], stop: Stop) -> int:
     try:
         import rclpy.executors
         import rclpy.signals  # noqa: F401
@@ -49,10 +48,10 @@ def _run(arguments: list[str], node_class: type[RecognizerNode] | None, stop: St
     except (ArtrecError, RuntimeError) as error:
         return _failed(str(error), 2)
     _refuse_others(own)
-    return _serve(arguments, node_class, stop)
+    return _serve(arguments, stop)
 
 
-def _serve(arguments: list[str], node_class: type[RecognizerNode] | None, stop: Stop) -> int:
+def _serve(arguments: list[str], stop: Stop) -> int:
     import rclpy
     from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
     from rclpy.signals import SignalHandlerOptions, install_signal_handlers
@@ -73,7 +72,7 @@ def _serve(arguments: list[str], node_class: type[RecognizerNode] | None, stop: 
         # rclpy's own handlers shut it down beneath whatever goes on, and so wait until that is no more than spinning
         rclpy.init(args=["artrec_node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         begun = True
-        node = (node_class or RecognizerNode)(arguments)
+        node = RecognizerNode(arguments)
         node.autostart()
         executor = SingleThreadedExecutor(context=node.context)
         executor.add_node(node)

@@ -25,34 +25,10 @@ from .parameters import LiveParameters, initial_setup
 from .pipeline import FrameReport, Pipeline
 from .publishers import Publishers
 from .tf import transform_sender
+from .transitions import survive_wrong_transitions
 
 _FOLLOW_PERIOD_S = 0.25
 _REPORT_PERIOD_S = 1.0
-_SHOWN = 60  # letters of a text of unknown length
-
-
-def survive_wrong_transitions(node: LifecycleNode) -> None:
-    """Answer a transition that the node's state does not allow with a refusal, and tell which ones it does.
-
-    rclpy 7.1 raises in the service's callback, and that ends the executor's spin.
-    """
-    service = node._service_change_state
-    answer = service.callback
-
-    def answer_or_refuse(request: Any, response: Any) -> Any:
-        try:
-            return answer(request, response)
-        except RuntimeError:
-            asked, machine = request.transition, node._state_machine
-            possible = ", ".join(label for _, label, *_ in machine.available_transitions) or "none"
-            node.get_logger().warning(
-                f"transition {asked.label[:_SHOWN]!r} ({asked.id}) refused: the node is "
-                f"{machine.current_state[1]}; possible: {possible}"
-            )
-            response.success = False
-            return response
-
-    service.callback = answer_or_refuse
 
 
 class RecognizerNode(LifecycleNode):
@@ -260,13 +236,18 @@ class RecognizerNode(LifecycleNode):
                 throttle_duration_sec=60.0,
             )
         pipeline = self._pipeline
-        ready, early, fault = None, 0, ""
-        if pipeline is not None:
-            ready, early, fault = pipeline.getting_ready, pipeline.dropped, pipeline.problem
+        early = pipeline.dropped if pipeline is not None else 0
         state = NodeState(
-            "", 0, "", early, 0, problem, unheard, shared, active=False, getting_ready=ready, fault=fault,
+            topic="",
+            dropped=early,
+            calibration=problem,
+            unheard=unheard,
+            shared=shared,
+            active=False,
+            getting_ready=pipeline.getting_ready if pipeline is not None else None,
+            fault=pipeline.problem if pipeline is not None else "",
             on_plane=self._on_plane,
-        )  # fmt: skip
+        )
         if inputs is None:
             return state
         image = inputs.image

@@ -29,7 +29,7 @@ _ARRAYS = {
 _STAND_IN = "no_image_after_s"  # any that may be changed
 
 
-def read_overrides(node: Node) -> dict[str, Any]:
+def _read_overrides(node: Node) -> dict[str, Any]:
     """What the user set, by parameter files, -p or launch, before any declaration.
 
     rclpy has no public way to see parameters that nobody declared; a misspelt one would be dropped in silence.
@@ -62,7 +62,7 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
 
     :raises ConfigError: a value, or a file that it names, is not valid.
     """
-    overrides, files = read_overrides(node), parameter_files(argv)
+    overrides, files = _read_overrides(node), parameter_files(argv)
     if "objects" not in overrides and not files:
         raise ConfigError("no object to look for is named: give a parameter file (--ros-args --params-file FILE.yaml)")
     single = [flag for flag in ("-p", "--param") if flag in argv]  # a value may be theirs

@@ -76,8 +76,7 @@ class Pipeline:
         self._calibrations, self._publishers = calibrations, publishers
         self._on_fault, self._on_use, self._on_answer = on_fault, on_use, on_answer
         self._names, self._classes = [t.name for t in setup.targets], setup.image.named_labels
-        in_doubt, least = setup.recognizer.in_doubt, setup.recognizer.min_probability
-        self._tracker = Tracker(setup.tracking, setup.targets, in_doubt, least)
+        self._tracker = Tracker(setup.tracking, setup.targets, setup.recognizer)
         self._one_at_a_time, self._publishing = threading.Lock(), threading.Lock()
         self._patience = Patience(is_late)
         self._memory: tuple[Recognizer, Memory | None] | None = None  # whose it is, and what the last image left
@@ -173,7 +172,7 @@ class Pipeline:
         memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
         result, memory = recognizer.follow(image, camera, stamp_ns, memory, self._patience)
         self._memory = recognizer, memory
-        self._tracker.configure(setup.tracking, setup.recognizer.in_doubt, setup.recognizer.min_probability)
+        self._tracker.configure(setup.tracking, setup.recognizer)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
         recognition_ms = (time.perf_counter() - began) * 1e3

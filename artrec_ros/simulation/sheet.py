@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from ..core.geometry.camera import Camera
 from ..core.geometry.projection import project
 from ..core.geometry.transforms import Array, Pose
-from ..core.model.objects import Marker
+from ..core.model.marker import Marker
 from ..core.model.target import Target
 from .config import SensorConfig
 from .extent import joints_at

@@ -13,8 +13,7 @@ from tqdm import tqdm
 
 from ..core.base import kernel_cache
 from ..core.base.jit import kernels, share_compiled
-from ..core.recognizer import parts_needed
-from ..core.warm_up import Told, get_ready
+from ..core.warm_up import Told, get_ready, parts_needed
 from ..io.base.bars import say
 from ..io.parameters.parameter_file import Setup
 

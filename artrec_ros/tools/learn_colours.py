@@ -83,7 +83,7 @@ def run(args: argparse.Namespace) -> int:
         for shown in (name, f"label {cls.label}"):  # neither of another class nor background
             samples.pop(shown, None)
         say(f"Class '{name}' is not learned: its ranges are given, and stay")
-    for name in lacking_bodies(samples, setup) if setup is not None else ():
+    for name in _lacking_bodies(samples, setup) if setup is not None else ():
         say(
             f"Class '{name}' (label {labels.pop(name)}) is not learned: too little of it shows; "
             "leave it out of image.classes, and its label out of the body"
@@ -124,7 +124,7 @@ def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]
     return {**setup.labels, **{name: label for name, label in setup.hidden.items() if name in drawn}}
 
 
-def lacking_bodies(samples: Samples, setup: ColourSetup) -> list[str]:
+def _lacking_bodies(samples: Samples, setup: ColourSetup) -> list[str]:
     """Classes of bodies alone of which too little is seen to learn them: objects are found without."""
     return [name for name in setup.labels if name in setup.bodies and not enough(samples, name)]
 
@@ -190,7 +190,7 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
         with open_sources([source], colour, say) as images:
             if args.label_images is None:
                 with open_sources([source], label, say) as label_frames:
-                    yield from _checked(by_stamp(images, label_frames))
+                    yield from _checked(_by_stamp(images, label_frames))
                     problems = [*images.problems, *label_frames.problems]
             else:
                 yield from _checked(by_name(images, args.label_images))
@@ -199,7 +199,7 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
             tell(line)
 
 
-def by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:
+def _by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:
     """Pairs of frames with the same stamp; both come in the order of time."""
     following = iter(labels)
     label = next(following, None)

@@ -15,7 +15,7 @@ from typing import Any
 _STDOUT, _STDERR = 1, 2
 
 
-class Lenient(io.FileIO):
+class _Lenient(io.FileIO):
     """What cannot be written is lost, as on a full disk or where the reader has left: work goes on without.
 
     :ivar error: the first one of that.
@@ -33,7 +33,7 @@ class Lenient(io.FileIO):
             return len(data)
 
 
-def open_streams() -> Lenient:
+def open_streams() -> _Lenient:
     """stdout and stderr that were closed lead nowhere: files that are opened must not take their numbers. What they
     cannot take is lost, and what the terminal has no letters for is spelled out. Returns the file of stdout."""
     for name, number in (("stdout", _STDOUT), ("stderr", _STDERR)):
@@ -43,13 +43,13 @@ def open_streams() -> Lenient:
                 os.dup2(nowhere, number)
             setattr(sys, name, os.fdopen(nowhere, "w", closefd=False))
     line_by_line = bool(sys.stdout.line_buffering or getattr(sys.stdout, "write_through", False))  # as of python -u
-    file = Lenient(sys.stdout.fileno(), "w", closefd=False)
+    file = _Lenient(sys.stdout.fileno(), "w", closefd=False)
     sys.stdout = _text(file, sys.stdout.encoding, line_buffering=line_by_line)
-    sys.stderr = _text(Lenient(sys.stderr.fileno(), "w", closefd=False), sys.stderr.encoding)
+    sys.stderr = _text(_Lenient(sys.stderr.fileno(), "w", closefd=False), sys.stderr.encoding)
     return file
 
 
-def flush_stdout(file: Lenient) -> str:
+def flush_stdout(file: _Lenient) -> str:
     """At the end, why what was printed is lost; empty: it is not, or the reader has left, as `| head` does.
 
     :param file: what `open_streams` returned.
@@ -68,7 +68,7 @@ def _is_open(number: int) -> bool:
     return True
 
 
-def _text(file: Lenient, encoding: str, *, line_buffering: bool = True) -> io.TextIOWrapper:
+def _text(file: _Lenient, encoding: str, *, line_buffering: bool = True) -> io.TextIOWrapper:
     return io.TextIOWrapper(io.BufferedWriter(file), encoding, errors="backslashreplace", line_buffering=line_buffering)
 
 
@@ -81,7 +81,7 @@ def own_lines_only() -> Iterator[None]:
     kept = os.dup(_STDERR)
     before = sys.stderr
     before.flush()
-    sys.stderr = _text(Lenient(kept, "w"), before.encoding)
+    sys.stderr = _text(_Lenient(kept, "w"), before.encoding)
     nowhere = os.open(os.devnull, os.O_WRONLY)
     os.dup2(nowhere, _STDERR)
     os.close(nowhere)

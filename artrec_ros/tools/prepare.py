@@ -8,8 +8,7 @@ from typing import Any
 
 from ..core.base import kernel_cache
 from ..core.base.errors import ArtrecError
-from ..core.recognizer import parts_needed
-from ..core.warm_up import get_ready
+from ..core.warm_up import get_ready, parts_needed
 from ..core.warm_up_pieces import PLANE, SPACE
 from ..io.parameters.parameter_file import load_parameters
 from .getting_ready import progress

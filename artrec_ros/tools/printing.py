@@ -16,7 +16,8 @@ from matplotlib.patches import Polygon
 
 from ..core.base.errors import ConfigError
 from ..core.geometry.transforms import Array
-from ..core.model.objects import Marker, ObjectModel
+from ..core.model.marker import Marker
+from ..core.model.objects import ObjectModel
 from ..io.base.whole_files import save_file
 from ..simulation.sensor import palette
 from .options.outputs import OF_PAGES

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from ..core.base.errors import SourceError
-from ..core.recognizer import remembers
 from ..core.tracking.tracker import Tracker
-from ..core.ways import SPACE, way_of
+from ..core.ways import SPACE, remembers, way_of
 from ..io.bags.reader import STORAGES
 from ..io.base.bars import bar, say
 from ..io.parameters.parameter_file import Setup, load_parameters
@@ -19,7 +18,7 @@ from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import SourceOptions, Sources, open_sources
 from .getting_ready import get_setup_ready
-from .inspecting.model_report import oddities
+from .inspecting.oddities import oddities
 from .interrupting import interruptible
 from .main import INTERRUPTED
 from .options.outputs import OF_RECORDING, check_not_read, check_output
@@ -146,8 +145,7 @@ def _replay(
         ):
             take = counted(summaries, folder, not args.no_timing, shown.update)
             setup = order.setup
-            in_doubt, least = setup.recognizer.in_doubt, setup.recognizer.min_probability
-            join = Join(Tracker(setup.tracking, setup.targets, in_doubt, least))
+            join = Join(Tracker(setup.tracking, setup.targets, setup.recognizer))
             running = Running(
                 order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, tell,
                 chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),

@@ -17,7 +17,7 @@ from ..simulation.config import SceneConfig, SensorConfig
 from ..simulation.motion import MotionConfig, simulate_motion
 from ..simulation.output import write_frames
 from ..simulation.simulator import simulate
-from .inspecting.model_report import oddities
+from .inspecting.oddities import oddities
 from .options.camera_options import add_camera, camera_of
 from .options.paths import path
 from .options.scene_options import add_options, given_options

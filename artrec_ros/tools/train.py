@@ -81,7 +81,7 @@ def run(args: argparse.Namespace) -> int:
     check_output(args.output, inputs, OF_CONSTRAINTS)
     model = load_object(args.object)
     if args.from_joints:
-        return run_from_joints(args, model)
+        return _run_from_joints(args, model)
     setup = load_setup(*args.params_file) if args.params_file else None
     camera = load_camera(args.camera_info) if args.camera_info else None
     annotations = load_coco(args.annotations, args.images).of(args.category)
@@ -90,7 +90,7 @@ def run(args: argparse.Namespace) -> int:
     lines = []
     names = tuple(dict.fromkeys(args.category))
     if len(names) > 1:
-        classes, more = train_classes(model, annotations, names, args.coverage, args.max_scale_ratio, camera)
+        classes, more = _train_classes(model, annotations, names, args.coverage, args.max_scale_ratio, camera)
         constraints, lines = replace(constraints, classes=classes), more
     if setup is not None:
         measured = measure_axes(setup, model, constraints, annotations)
@@ -111,11 +111,11 @@ def run(args: argparse.Namespace) -> int:
     return 0
 
 
-def run_from_joints(args: argparse.Namespace, model: ObjectModel) -> int:
+def _run_from_joints(args: argparse.Namespace, model: ObjectModel) -> int:
     """The same without annotations."""
     if args.category or args.params_file or args.images:
         raise ConfigError("--category, --params-file and --images go with --annotations, not with --from-joints")
-    examples = [without_oblique(e, args.max_scale_ratio) for e in examples_from_joints(args, model)]
+    examples = [_without_oblique(e, args.max_scale_ratio) for e in examples_from_joints(args, model)]
     constraints = constraints_from(model, examples, args.coverage)
     save_constraints(args.output, constraints)
     print("\n".join(report(model, examples, constraints, made_up=True, detailed=args.debug)))
@@ -139,7 +139,7 @@ def train(model: ObjectModel, annotations: Annotations, coverage: float, max_sca
     :param max_scale_ratio: markers of smaller scale than their object's largest by more than this are left out.
     """
     everything = [e for e in annotations.examples(model) if e]
-    examples = [without_oblique(e, max_scale_ratio) for e in everything]
+    examples = [_without_oblique(e, max_scale_ratio) for e in everything]
     constraints = learn(model, examples, coverage, _LEAST_EXAMPLES)
     if not constraints.pairs and len(model.components) > 1:
         crowds = f" ({len(annotations.crowds)} of crowds, iscrowd: 1, not counted)" if annotations.crowds else ""
@@ -151,13 +151,13 @@ def train(model: ObjectModel, annotations: Annotations, coverage: float, max_sca
     return Training(constraints, examples, sum(map(len, everything)) - sum(map(len, examples)))
 
 
-def without_oblique(example: Example, max_scale_ratio: float) -> Example:
+def _without_oblique(example: Example, max_scale_ratio: float) -> Example:
     """The example without the markers that are seen too obliquely."""
     least = max((i.scale for i in example.values()), default=0.0) / max_scale_ratio
     return {key: i for key, i in example.items() if i.scale >= least}
 
 
-def train_classes(
+def _train_classes(
     model: ObjectModel,
     annotations: Annotations,
     names: Sequence[str],
@@ -173,7 +173,7 @@ def train_classes(
     classes, lines = [], []
     for name in names:
         own = annotations.of([name])
-        examples = [without_oblique(e, max_scale_ratio) for e in own.examples(model) if e]
+        examples = [_without_oblique(e, max_scale_ratio) for e in own.examples(model) if e]
         joints = fitter.joints(own.objects) if fitter else []
         learned = learn_class(name, model, examples, joints, coverage)
         if not learned.pairs and not learned.joints:

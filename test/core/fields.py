@@ -11,7 +11,8 @@ from artrec_ros.core.base.config import PlaneConfig
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rpy
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 
 TEAM, ACCENT, SIZE = 1, 2, (640, 480)
 _TIMES = 4  # sub-pixels in each direction: a pixel belongs to what covers most of it

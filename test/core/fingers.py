@@ -9,8 +9,9 @@ from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.learning.marked_views import Figure, Marks, markers_of
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
+from artrec_ros.core.pose.poses import Poses
 
 SIZE, PX_PER_M = (320, 240), 900.0
 CAMERA = Camera.facing(SIZE)

@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 
 SIZE, PX_PER_M, RADIUS = (480, 320), 100.0, 0.10

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 
 
 @dataclass(frozen=True)

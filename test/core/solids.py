@@ -11,11 +11,12 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
-from artrec_ros.core.verdict.acceptance import Verdict, Verdicts
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.judge import Judge
+from artrec_ros.core.verdict.verdicts import Verdict, Verdicts
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, Scene
 from artrec_ros.simulation.sensor import majority_labels

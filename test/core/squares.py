@@ -8,8 +8,9 @@ import numpy as np
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Identity, Joint, Marker, ObjectModel
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Identity, Joint, ObjectModel
+from artrec_ros.core.pose.poses import Poses
 
 TEAM, BODY = 3, 8
 COLOURS = {"g": 4, "r": 5, "v": 6}

@@ -18,7 +18,8 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_bends
 from artrec_ros.core.pose.ball_blobs import BallBlobs
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.solids import ball_solid
 

@@ -14,7 +14,7 @@ from artrec_ros.core.base.patience import Patience
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.memory.memory import Known
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.io.results.journal import Recognised, _packed, _unpacked

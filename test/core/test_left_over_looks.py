@@ -12,7 +12,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.through_middles import Middles, ThroughMiddles
 from artrec_ros.core.recognizer import Recognizer
 

@@ -10,7 +10,7 @@ from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 
 CAMERA = camera_of((640, 480), 600.0)

@@ -13,7 +13,7 @@ from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.identity import NONE_LEFT
 from artrec_ros.core.verdict.offers import Told

@@ -10,7 +10,8 @@ from settings import settings
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 

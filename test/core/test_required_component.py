@@ -31,7 +31,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
 from artrec_ros.core.verdict.acceptance import verdicts_of

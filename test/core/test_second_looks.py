@@ -14,7 +14,7 @@ from artrec_ros.core.memory.recall import Recall
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.second_looks import SecondLooks
 from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.core.verdict.judge import Judge

@@ -17,7 +17,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.spatial_looks import SpatialLooks
 from artrec_ros.core.spatial_search import SpatialSearch
 from artrec_ros.core.verdict.acceptance_curves import LIKELY, SURE

@@ -30,7 +30,7 @@ from artrec_ros.core.geometry.transforms import rotation_from_rotvec
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.simulation.config import SceneConfig, SensorConfig

@@ -14,7 +14,8 @@ from scene import apply_similarity
 
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import wrap_angle
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.io.learned.annotations import instance_from_axis, load_coco
 
 FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0.05, 0.02], [0.1, 0.17])

@@ -20,7 +20,8 @@ from artrec_ros.core.constraints.intervals import Interval
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import Instance
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.io.learned.constraints import load_constraints, save_constraints
 
 FLAG = Marker("flag", np.array([[0, 0], [0.4, 0], [0.3, 0.1], [0.4, 0.2], [0, 0.2]]), [0, 0.1], [0.3, 0.1])

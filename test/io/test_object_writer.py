@@ -6,7 +6,8 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.objects.object_writer import object_yaml, save_object
 

@@ -6,7 +6,8 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.design.placement import buried_markers
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.io.objects.solids import ball_solid, cylinder_solid
 from artrec_ros.io.objects.urdf_model import object_from_urdf
 

@@ -15,7 +15,8 @@ import pytest
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.learning.pair_learning import learn
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.io.base.whole_files import check_place, make_folder, save_file
 from artrec_ros.io.images.writing import save_drawing, save_picture
 from artrec_ros.io.learned.colours import save_colours

@@ -11,7 +11,8 @@ import numpy as np
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import Instance
-from artrec_ros.core.model.objects import Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.io.learned.constraints import save_constraints
 from artrec_ros.io.objects.object_reader import load_object
 

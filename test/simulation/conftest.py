@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.simulator import pinhole_camera
 

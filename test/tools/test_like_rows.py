@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Box, Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.tools.inspecting.rows import in_rows
 
 

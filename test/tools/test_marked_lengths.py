@@ -7,7 +7,8 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.joint_limits import LimitChange
 from artrec_ros.core.learning.lengths import Change
 from artrec_ros.core.learning.size_fit import Kept, Measured
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.tools.training.marked_lengths import lines
 
 CORNERS = np.array([(0.0, 0.0), (0.1, 0.0), (0.0, 0.1)])

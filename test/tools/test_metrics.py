@@ -9,7 +9,8 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Instance
-from artrec_ros.core.model.objects import Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.io.truth.records import Told, TrueComponent, TrueObject
 from artrec_ros.tools.evaluation.completion import with_own_names
 from artrec_ros.tools.evaluation.metrics import Counts, judge_frame, shows

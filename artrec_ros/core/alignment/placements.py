@@ -72,6 +72,7 @@ class Placements:
         return self.t, self.z, self.w, self.shape, self.slot
 
     def area_px(self, shapes: list[Shape]) -> Array1:
+        """(H,) of the shapes where they are placed, pixels."""
         return pack_shapes(tuple(shapes)).area[self.shape] * (np.abs(self.z) ** 2 - np.abs(self.w) ** 2)
 
     @classmethod
@@ -82,6 +83,7 @@ class Placements:
 
     @classmethod
     def concatenate(cls, parts: list[Placements]) -> Placements:
+        """All, in order; of no parts none."""
         none = np.zeros(0, np.int32)
         empty = cls.similarities(np.zeros(0, complex), np.zeros(0, complex), none, none, none)
         return cls(*(np.concatenate([getattr(p, f) for p in [empty, *parts]]) for f in cls.__dataclass_fields__))

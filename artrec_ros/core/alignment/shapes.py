@@ -12,7 +12,7 @@ from ..base.config import AlignmentConfig
 from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
 from ..image.blobs import anchor_points
-from ..model.objects import Marker
+from ..model.marker import Marker
 from .start_kernels import ShapeArrays
 from .symmetry import Symmetry, find_symmetry
 

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
 from ..model.found import Instance
-from ..model.objects import Marker
+from ..model.marker import Marker
 from .pairs import Key, key_from_text
 
 _LEAST_EXAMPLES = 8
@@ -92,7 +92,7 @@ def learn_axis_offset(key: Key, marker: Marker, fitted_rad: ArrayLike, annotated
     best, criterion = None, _criterion(error, 0)
     for terms in ((turn,), (shift,), (shift, turn)):
         matrix = np.hstack(terms)
-        found = robust_least_squares(matrix, error)
+        found = _robust_least_squares(matrix, error)
         if terms[0] is shift and np.hypot(*found[:2]) > _MOST_SHIFT * marker.axis_length:
             continue  # directions that lie near each other do not tell a shift from a turn
         value = _criterion(error - matrix @ found, matrix.shape[1])
@@ -107,7 +107,7 @@ def learn_axis_offset(key: Key, marker: Marker, fitted_rad: ArrayLike, annotated
     return AxisOffset(key, shift_m, turn_rad, len(theta), before, after)
 
 
-def robust_least_squares(matrix: Array, values: Array) -> Array:
+def _robust_least_squares(matrix: Array, values: Array) -> Array:
     """Huber's estimate: residuals beyond 1.5 standard deviations count by their size alone.
 
     :param matrix: (n, k); values: (n,). :return: (k,).

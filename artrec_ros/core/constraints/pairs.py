@@ -83,12 +83,12 @@ class PairConstraint:
 def pair_to_dict(p: PairConstraint) -> dict[str, Any]:
     """Plain values for a file."""
     row: dict[str, Any] = {"first": "/".join(p.first), "second": "/".join(p.second), "examples": p.examples}
-    row["allowed"] = {d: interval_to_list(d, i) for d, i in p.allowed.items()}
-    row["seen"] = {d: interval_to_list(d, i) for d, i in p.seen.items()}
+    row["allowed"] = {d: _interval_to_list(d, i) for d, i in p.allowed.items()}
+    row["seen"] = {d: _interval_to_list(d, i) for d, i in p.seen.items()}
     return row
 
 
-def interval_to_list(dimension: str, interval: Interval) -> list[float]:
+def _interval_to_list(dimension: str, interval: Interval) -> list[float]:
     """[low, high], and an angle's period where it is not the full turn."""
     ends = [round(interval.low, 6), round(interval.high, 6)]
     return [*ends, round(interval.period, 6)] if dimension in ANGLES and interval.period < 6.28 else ends

@@ -18,7 +18,8 @@ from ..alignment.shapes import Shape
 from ..alignment.symmetry import ANY_ANGLE
 from ..base.config import DesignConfig, RecognizerConfig
 from ..geometry.polygons import distance_to_outline
-from ..model.objects import Component, Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import Component, ObjectModel
 from ..model.solids import closed_components
 
 _DESIGN, _CONFIG = DesignConfig(), RecognizerConfig()

@@ -6,7 +6,8 @@ import numpy as np
 
 from ..alignment.shapes import Shape
 from ..geometry.transforms import Array
-from ..model.objects import Box, Component, Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import Box, Component, ObjectModel
 from ..model.target import Target
 
 _LIFT_M = 5e-4  # a sticker lies on its body, or this much within it

@@ -25,6 +25,7 @@ class Floor:
 
     @classmethod
     def of(cls, config: FloorConfig) -> Floor:
+        """From the pitch and roll of the camera above it."""
         pitch, roll = np.radians([config.camera_pitch_deg, config.camera_roll_deg])
         c = np.cos(pitch)
         return cls(np.array([-np.sin(roll) * c, -np.cos(roll) * c, -np.sin(pitch)]), config)

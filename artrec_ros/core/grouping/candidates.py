@@ -100,6 +100,7 @@ class Candidates:
         )
 
     def key(self, n: int) -> tuple[str, str]:
+        """Names of a candidate's component and marker."""
         component = self.target.model.components[self.component[n]]
         return component.name, component.markers[self.marker[n]].name
 

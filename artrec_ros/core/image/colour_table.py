@@ -96,7 +96,7 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], list[tuple[int, Col
     for cls in (*config.classes.values(), *([background] if config.background else [])):
         if cls.rgb:
             grey = as_grey(bgr, cls.spread, config.noise)
-            both = [cost_of(bgr, references_bgr(one)[0], one, config, grey) for one in lone(cls)]
+            both = [cost_of(bgr, _references_bgr(one)[0], one, config, grey) for one in lone(cls)]
             cost, held = (np.min(c, axis=0) for c in zip(*both, strict=True))
         else:
             cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
@@ -105,7 +105,7 @@ def _costs(config: ImageConfig) -> tuple[dict[int, Colours], list[tuple[int, Col
     return every, known
 
 
-def references_bgr(cls: ClassConfig) -> Colours:
+def _references_bgr(cls: ClassConfig) -> Colours:
     """(n, 3) a class' reference colours, channels blue, green, red, 0..1."""
     return np.asarray(np.reshape(cls.rgb, (-1, 3))[:, ::-1] / 255, np.float32)
 

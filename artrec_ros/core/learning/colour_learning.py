@@ -157,7 +157,7 @@ def _drawn(
     rng = np.random.default_rng(seed)
     own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
     rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
-    rest = {name: without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
+    rest = {name: _without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
     chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image, weight)
     classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
     background = _as_rgb([r.colour for r in chosen if r.owner is None])
@@ -178,7 +178,7 @@ def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Gen
     return _some(colours, _KEPT, rng)
 
 
-def without_classes(colours: Colours, classes: Mapping[str | None, Sequence[Colours]]) -> Colours:
+def _without_classes(colours: Colours, classes: Mapping[str | None, Sequence[Colours]]) -> Colours:
     """Colours of a background (n, 3) less those that more of a class' samples have than of the background's: what
     nobody has labelled, or marked, shows classes too."""
     kept = np.ones(len(colours), bool)

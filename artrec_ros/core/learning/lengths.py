@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
-from ..model.objects import Box, Component, Marker, ObjectModel
-from ..pose.surface_model import Poses
+from ..model.marker import Marker
+from ..model.objects import Box, Component, ObjectModel
+from ..pose.poses import Poses
 from .marked_views import Figure, axis_ends, markers_of
 
 # What an object file may be off, standard deviations: lengths, a share of the object's extent; a marker's size, and its

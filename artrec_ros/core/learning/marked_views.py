@@ -16,8 +16,9 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..model.chain_kernels import Chain
 from ..model.kinematics import Frames, Kinematics, frames_of
-from ..model.objects import Marker, ObjectModel
-from ..pose.surface_model import Poses
+from ..model.marker import Marker
+from ..model.objects import ObjectModel
+from ..pose.poses import Poses
 from ..pose.views import FACING
 from .keypoint_fit import Points, fit_points
 

@@ -17,7 +17,8 @@ from ..constraints.constraint_set import ConstraintSet
 from ..constraints.intervals import Interval
 from ..constraints.pairs import ANGLES, DIMENSIONS, Key, PairConstraint, configuration
 from ..geometry.transforms import Array
-from ..model.objects import Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import ObjectModel
 from .conformal import conformal_margin, left_out_scores, unwrapped, widened
 
 Example = Mapping[Key, Any]  # values have x, y, theta, scale: `Instance` or its like

@@ -14,7 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from ..geometry.transforms import Array
 from ..model.kinematics import Kinematics
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .joint_limits import Carried, JointValues, carried
 from .lengths import Lengths
 from .marked_views import Eye, Start

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, short_way
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .looks import Looks
 
 

@@ -13,8 +13,8 @@ from ..base.stamps import seconds_since
 from ..geometry.camera import Camera
 from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from ..verdict.acceptance import Verdict
+from ..pose.poses import Poses
+from ..verdict.verdicts import Verdict
 from .looks import NO_LOOKS, Looks
 from .memory import Known, Memory, numbers_of
 from .turns import Turns

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 
 from ..geometry.transforms import Array, Pose
-from .objects import Box, Component, Marker
+from .marker import Marker
+from .objects import Box, Component
 
 _OUTER = 1 / 3  # of a box' size: markers that lie deeper in it were not meant to lie on that side
 _ALONG = 0.9  # cosine: such a marker's normal is that of the side

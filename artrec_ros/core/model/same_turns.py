@@ -16,7 +16,8 @@ from scipy.optimize import minimize_scalar
 from ..geometry.polygons import distance_to_outline, in_space
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from .kinematics import Kinematics
-from .objects import Component, Joint, Marker, ObjectModel
+from .marker import Marker
+from .objects import Component, Joint, ObjectModel
 from .surface import MEETING
 
 _ORDERS = 12, 8, 6, 5, 4, 3, 2  # turns by a whole one over these are looked at

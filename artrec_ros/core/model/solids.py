@@ -7,7 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..geometry.transforms import Array
-from .objects import Marker, ObjectModel
+from .marker import Marker
+from .objects import ObjectModel
 from .surface import MEETING, Patch, meet_all_around, patches_of
 
 

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from ..base.errors import ConfigError
 from ..geometry.polygons import distance_to_outline, signed_area
 from ..geometry.transforms import Array
-from .objects import Component, Marker, ObjectModel
+from .marker import Marker
+from .objects import Component, ObjectModel
 
 INSIDE_POINTS = 36  # per marker: about the pixels of the smallest useful one
 MOST_POINTS = 144  # of a large one: these, and more that go on with the same sequence

@@ -15,7 +15,8 @@ from ..image.image_frame import ImageFrame
 from ..model.found import SURE
 from ..model.identities import identities_of
 from .alternatives_kernels import likelihoods
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _LEAST = 1e-12  # rest of a share that rounds to all
 

@@ -14,8 +14,9 @@ import numpy as np
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..image.blobs import Blob, centres
+from .poses import Poses
 from .surface_kernels import LEAST_DEPTH_M
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .through_middles import Middles
 
 _SIZE = 0.04  # a blob by such a share, and so many pixels, larger or smaller than its ball beside the others is another

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..image.image_frame import ImageFrame
 from .climber import Climb
+from .poses import PatchScores, Poses
 from .ranked import Ranked
 from .rebends import Rebends
-from .surface_model import PatchScores, Poses
 
 if TYPE_CHECKING:
     from .finder import WholeObjectFinder

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry.spread import spread
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 
 class Bends:

@@ -18,7 +18,7 @@ from ..geometry.projection import normalise
 from ..geometry.transforms import Array, Pose, skew
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Instance
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.target import Target
 
 

@@ -12,8 +12,8 @@ from ..geometry.range_limits import scale_limits
 from ..image.image_frame import ImageFrame
 from . import climb_kernels as climbing
 from .climb_kernels import Steps
+from .poses import Poses
 from .ranked import Ranked
-from .surface_model import Poses
 from .voter import Voter
 
 _AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock; of others one

@@ -15,7 +15,8 @@ from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from .colour_edge_kernels import ColourEdges, look_for_colours
 from .pose_fit import AS_GOOD_AS_CERTAIN, ContourFit, contour_fit, weight_at_edges
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _STILL_PX = 0.05  # a step that takes no contour farther is the last: edges are told to a tenth of a pixel
 _KEPT = 0.8  # of what points weigh at least: one that loses its edges lies on nothing

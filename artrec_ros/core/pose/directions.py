@@ -12,7 +12,7 @@ from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from .facing_guesses import FacingGuesser
 from .finder import WholeObjectFinder
-from .surface_model import Poses
+from .poses import Poses
 
 _MOST = 360  # directions: more would take long; of what is so small and far out a climb makes the rest good
 

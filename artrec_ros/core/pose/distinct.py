@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array
 from .distinct_kernels import first_of_cells
-from .surface_model import Poses
+from .poses import Poses
 
 
 def best_distinct(poses: Poses, score: Array, n: int, config: SearchConfig) -> np.ndarray:
@@ -27,8 +27,7 @@ def apart(poses: Poses, votes: Array, least: float, turn_rad: float, range_share
     """
     rows, keep = np.flatnonzero(votes > least), list[int]()
     R, t = poses.R[rows].reshape(-1, 9), poses.t[rows]
-    off_m, range_m = np.linalg.norm(t[:, None] - t, axis=2), np.linalg.norm(t, axis=1)
-    near = (off_m < range_share * range_m) & (1 + 2 * np.cos(turn_rad) < R @ R.T)  # as of `is_near`
+    near = _are_near(np.linalg.norm(t[:, None] - t, axis=2), t, R @ R.T, turn_rad, range_share)
     for i in range(len(rows)):
         if not near[keep, i].any():
             keep.append(i)
@@ -39,5 +38,12 @@ def is_near(poses: Poses, others: Poses, turn_rad: float, range_share: float) ->
     """(H,) which hypotheses are turned from others by less than an angle, and lie from them by less than a share of
     these ones' range. :param others: as many, or one."""
     trace = np.einsum("hij,hij->h", *np.broadcast_arrays(poses.R, others.R))  # of the turn from one to the other
-    off_m, range_m = np.linalg.norm(poses.t - others.t, axis=1), np.linalg.norm(others.t, axis=1)
-    return np.asarray((off_m < range_share * range_m) & (trace > 1 + 2 * np.cos(turn_rad)))
+    return _are_near(np.linalg.norm(poses.t - others.t, axis=1), others.t, trace, turn_rad, range_share)
+
+
+def _are_near(off_m: Array, t: Array, trace: Array, turn_rad: float, range_share: float) -> NDArray[np.bool_]:
+    """:param off_m: (..., H) from places t (H, 3).
+    :param trace: (..., H) of the turns between them: 1 + 2 cos(angle).
+    """
+    near = off_m < range_share * np.linalg.norm(t, axis=1)
+    return np.asarray(near & (trace > 1 + 2 * np.cos(turn_rad)))

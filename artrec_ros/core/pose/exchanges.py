@@ -9,7 +9,8 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 # what a contour's fit can yet bring onto another marker, and an image of few pixels does not tell from it
 OFF = 0.5  # of the root of a marker's area: how far apart their middles may be

@@ -26,6 +26,7 @@ from .exchanges import Exchanges
 from .hidden_ends import HiddenEnds
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
+from .poses import Poses
 from .ranked import Ranked
 from .refit import Refit
 from .required_place import RequiredPlace
@@ -33,7 +34,7 @@ from .resting import Resting
 from .seeds import Seeds
 from .seen_alike import SeenAlike
 from .stand_ins import StandIns
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .through_middles import ThroughMiddles
 from .tilts import Tilts
 from .upright import Upright

@@ -9,11 +9,13 @@ from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.objects import Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import ObjectModel
 from .bends import Bends
 from .distinct import best_distinct
+from .poses import Poses
 from .solid_views import solids_of
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .view_bank import ViewBank
 from .views import lift, view_bank
 from .votes import Labels

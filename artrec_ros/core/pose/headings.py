@@ -11,7 +11,8 @@ from ..geometry.spread import all_turns
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.objects import ObjectModel
 from ..model.same_turns import same_turns
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 
 class Headings:

@@ -16,9 +16,10 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .distinct import apart
 from .pose_fit import ALL_SHOWN, Fit, but_for_common, contour_fit
+from .poses import Poses
 from .required_place import RequiredPlace
 from .resting import Resting
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .voter import Voter
 
 

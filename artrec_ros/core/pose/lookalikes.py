@@ -13,10 +13,11 @@ import numpy as np
 
 from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Pose, rotation_from_rotvec
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.same_turns import Looks
 from ..model.surface import sample_contour
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _TURNS = 2 * np.pi * np.arange(144) / 144  # that are looked at: 2.5 degrees apart
 _SAMPLES = 48  # of an outline
@@ -96,7 +97,7 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
         covered = _covered(moved, markers)
         if covered >= least:
             led.add(there.component)
-        in_place = there is mine and len(own_turns(mine.marker)) > 0
+        in_place = there is mine and len(_own_turns(mine.marker)) > 0
         if (in_place or least <= covered) and (covered < len(markers) or _covered(moved, every) < len(every)):
             out.setdefault(
                 _key(moved, mine.marker), (covered, there.component, there.inside @ T @ mine.inside.inverse())
@@ -110,7 +111,7 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
         return []
     out: dict[tuple[float, ...], Pose] = {}
     for m in (m for m in _placed_markers(surface) if m.component == surface.root):
-        for turn in own_turns(m.marker):
+        for turn in _own_turns(m.marker):
             T = Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
             out.setdefault(_key(m.whole @ T @ m.whole.inverse(), m.marker), m.inside @ T @ m.inside.inverse())
     return [(surface.root, T) for T in out.values()]
@@ -122,7 +123,7 @@ def _unlike(surface: SpatialModel, found: list[tuple[int, Pose]]) -> list[tuple[
     return [(c, T) for c, T in found if not looks.same_after(T)]
 
 
-def own_turns(marker: Marker) -> list[float]:
+def _own_turns(marker: Marker) -> list[float]:
     """Those that lay a marker onto itself; of one that is round, be it drawn as a disc or not, none: it looks the same
     in any turn. What is alike in one turn and not in the one back, as a T askew, only resembles itself."""
     own = turns_onto_itself(marker)

@@ -19,7 +19,8 @@ from ..geometry.projection import normalise, projection_jacobian
 from ..geometry.transforms import Array, Pose, skew
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Instance
-from ..model.objects import Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import ObjectModel
 from ..model.target import Target
 
 _FACING = np.diag([1.0, -1.0, -1.0])  # of what faces the camera

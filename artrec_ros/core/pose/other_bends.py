@@ -17,7 +17,7 @@ from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
 from .other_turns import ANY_DEPTH, WORTH_REST
-from .surface_model import PatchScores, Poses
+from .poses import PatchScores, Poses
 from .turn_evidence import Evidence, contour_evidence, share_of_votes, weighed
 
 _LEAST_BEND = 0.02  # radians: bends nearer to each other are one

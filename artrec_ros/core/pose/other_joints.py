@@ -13,9 +13,10 @@ import numpy as np
 from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .climb_kernels import Value
+from .poses import Poses
 from .profile_kernels import profile
 from .ranked import Ranked
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 _APART = 1.0  # steps from where a joint is: what is nearer a climb has looked at
 

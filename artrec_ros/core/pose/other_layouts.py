@@ -19,7 +19,7 @@ from ..image.image_frame import ImageFrame
 from .alternatives import Reading
 from .exchanges import Placements
 from .finder import WholeObjectFinder
-from .surface_model import Poses
+from .poses import Poses
 from .turn_evidence import turn_odds
 
 

@@ -18,7 +18,7 @@ from ..model.found import OtherTurn
 from .distinct import is_near
 from .finder import WholeObjectFinder
 from .other_turns import other_of
-from .surface_model import PatchScores, Poses
+from .poses import PatchScores, Poses
 from .turn_evidence import turn_odds, weighed
 
 _LEAST_OTHERS = 2  # markers that tell where an object is without one

@@ -23,7 +23,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .distinct import best_distinct
 from .finder import WholeObjectFinder
-from .surface_model import Poses
+from .poses import Poses
 from .turn_evidence import evidence, turn_odds
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
@@ -65,7 +65,7 @@ class Rivals(NamedTuple):
 def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
     """Mirrored turns and turns in place."""
     mirrored, of = mirrored_turns(finder, frame, poses)
-    in_place, of_these = turned_in_place(finder, frame, poses)
+    in_place, of_these = _turned_in_place(finder, frame, poses)
     rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
     if not len(of):
         return Rivals(rivals, of, np.zeros(0))
@@ -79,7 +79,7 @@ def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals
 
 def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
     """Solids tilted where they are."""
-    tilted, of = tilted_turns(finder, frame, poses)
+    tilted, of = _tilted_turns(finder, frame, poses)
     if not len(of):
         return Rivals(tilted, of, np.zeros(0))
     tilted = finder.rest.on_colours(frame, tilted, finder.voter.supports(frame, tilted))
@@ -105,7 +105,7 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     return _at_rest(finder, frame, poses, finder.voter.votes(frame, poses, occlusion=True), flips, of)
 
 
-def tilted_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+def _tilted_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
     """The same of a required component that is a solid, tilted where it is, but those that look the same."""
     tilts = finder.tilts
     if not tilts or not len(poses):
@@ -131,7 +131,7 @@ def _best_of_each(found: Poses, votes: Array, of: NDArray[np.int64], config: Sea
     return np.concatenate(best)
 
 
-def turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
+def _turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
     """The same of turns that the required component's outline does not tell, joints sought anew."""
     ways, h = finder.in_place, len(poses)
     if not len(ways) or not h:

@@ -18,7 +18,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
 from .other_turns import ANY_DEPTH, other_of
-from .surface_model import Poses
+from .poses import Poses
 from .through_middles import Middles
 from .turn_evidence import turn_odds, weighed
 

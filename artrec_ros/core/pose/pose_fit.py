@@ -21,7 +21,8 @@ from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
 from .joint_prior_kernels import JointPrior
 from .placed_kernels import Joints, Placed
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
 AS_GOOD_AS_CERTAIN = 1e12  # a weight beyond all others that still is a number among them

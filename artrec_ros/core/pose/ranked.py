@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.config import SearchConfig
 from ..geometry.transforms import Array, rows_of
 from .distinct import best_distinct
-from .surface_model import Poses
+from .poses import Poses
 
 
 @dataclass(frozen=True)

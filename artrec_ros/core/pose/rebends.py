@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from ..base.config import SearchConfig
 from ..image.image_frame import ImageFrame
 from .bend_kernels import Branches, bend
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 
 class Rebends:

@@ -8,9 +8,10 @@ from ..base.config import RecognizerConfig
 from ..image.image_frame import ImageFrame
 from .climb_kernels import Value
 from .pose_fit import AT_ONCE, Fit, of_some
+from .poses import Poses
 from .ranked import Ranked
 from .refit_kernels import Support, refit_each, support_of
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 
 class Refit:

@@ -16,8 +16,9 @@ from ..image.codes import OUTSIDE
 from ..image.image_frame import ImageFrame
 from ..image.segmentation import as_light
 from ..model.kinematics import Frames
+from .poses import Poses
 from .region_kernels import Regions, even_out_each
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 _MOST_IN = 0.6  # of the way to its middle at most, a marker's points are drawn in
 

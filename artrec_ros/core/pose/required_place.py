@@ -9,7 +9,8 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..model.objects import ObjectModel
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _ONE = 0.25  # of the required component's size, and of the logarithm of the depth: two so near are not both there
 

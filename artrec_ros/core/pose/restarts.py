@@ -12,7 +12,8 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, short_way
 from ..image.image_frame import ImageFrame
 from .pose_fit import fit_poses
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 
 def scatter(

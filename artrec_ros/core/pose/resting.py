@@ -12,8 +12,8 @@ from .climber import Climber
 from .colour_fit import ColourFit
 from .edges import would_show
 from .pose_fit import ContourFit, contour_fit, fit_poses
+from .poses import PatchScores, Poses
 from .region_fit import RegionFit
-from .surface_model import PatchScores, Poses
 from .voter import Voter
 
 

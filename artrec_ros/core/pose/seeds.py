@@ -20,7 +20,8 @@ from .guesses import Guesser, Key, is_small
 from .headings import Headings
 from .lookalikes import Lookalikes
 from .pose_fit import fit_component
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 from .view_bank import ViewBank
 
 

@@ -19,7 +19,8 @@ from .surface_kernels import LEAST_DEPTH_M, LEAST_STRIP_PX
 _DIRECTIONS = 32  # from which a solid is looked at for its width
 
 if TYPE_CHECKING:
-    from .surface_model import Poses, SpatialModel
+    from .poses import Poses
+    from .surface_model import SpatialModel
 
 
 class Sides:

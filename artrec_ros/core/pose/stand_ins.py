@@ -13,10 +13,11 @@ import numpy as np
 
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.surface import Patch
 from .lookalikes import middle_of, turns_alike
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 
 _TURNS = 2 * np.pi * np.arange(8) / 8  # in which another marker is laid there,
 _SHIFTS = 0.1 * np.arange(-3, 4)  # and how far off, along both axes, as a share of the root of the area

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from copy import copy
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
-from ..base.jit import LANES
-from ..geometry.transforms import Array, numbers_of, rows_of
+from ..geometry.transforms import Array
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
@@ -21,70 +18,18 @@ from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
 from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
+from .compiled_surface import compiled_surface, surface_limits
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
+from .poses import PatchScores, Poses
 from .sides import Sides
-from .surface_kernels import Surface, SurfaceLimits
+from .surface_kernels import Surface
 from .vote_kernels import score_patches
 from .votes import VoteRoles
 
 _SLIGHT = 1e-6  # a lever that is none but for rounding
 _AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
-
-
-@dataclass(frozen=True)
-class Poses:
-    """H hypotheses: the object's pose in the camera R (H, 3, 3), t (H, 3), and its joints q (H, J)."""
-
-    R: Array
-    t: Array
-    q: Array
-
-    def __len__(self) -> int:
-        return len(self.R)
-
-    def __getitem__(self, index: NDArray | list[int] | slice) -> Poses:
-        if isinstance(index, slice):
-            return Poses(self.R[index], self.t[index], self.q[index])
-        rows = numbers_of(index)
-        return Poses(self.R.take(rows, 0), self.t.take(rows, 0), self.q.take(rows, 0))
-
-    @classmethod
-    def concatenate(cls, parts: list[Poses]) -> Poses:
-        R, t, q = [p.R for p in parts], [p.t for p in parts], [p.q for p in parts]
-        return cls(np.concatenate(R), np.concatenate(t), np.concatenate(q))
-
-
-@dataclass(frozen=True)
-class PatchScores:
-    """Per hypothesis and patch (H, P): summed votes, pixels seen, and the share of them with the patch's label."""
-
-    votes: Array
-    area_px: Array
-    agree: Array
-
-    @property
-    def arrays(self) -> tuple[Array, Array, Array]:
-        return self.votes, self.area_px, self.agree
-
-    def __getitem__(self, index: NDArray | list[int] | slice) -> PatchScores:
-        return PatchScores(*rows_of(index, *self.arrays))
-
-
-def _limits(votes: VotesConfig) -> SurfaceLimits:
-    """For compiled code; a whole number would be compiled for anew."""
-    return SurfaceLimits(
-        float(votes.least_cosine),
-        float(votes.ring_px),
-        float(votes.ring_share),
-        float(votes.ring_width_px),
-        float(votes.ring_visible),
-        float(votes.point_px),
-        BEHIND,
-        OUTSIDE,
-        OWNED,
-    )
 
 
 class SpatialModel:
@@ -96,7 +41,7 @@ class SpatialModel:
     def __init__(self, model: ObjectModel, label: int, votes: VotesConfig, codes: Codes = LABELS) -> None:
         self.model = model
         self.votes = votes
-        self.limits = _limits(votes)
+        self.limits = surface_limits(votes)
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
         self.codes, self.roles = codes, VoteRoles(votes, codes)
@@ -138,51 +83,7 @@ class SpatialModel:
     @cached_property
     def compiled(self) -> Surface:
         """The same for compiled code."""
-        marker_of = np.full(len(self.patches), -1)
-        marker_of[self.markers] = np.arange(len(self.markers))
-        filled = [np.pad(p.finer, ((0, -len(p.finer) % LANES), (0, 0)), mode="edge") for p in self.patches]
-        return Surface(
-            component=self.component,
-            normal=self.normal,
-            centre=self.centre,
-            area=self.area,
-            radius=np.array(
-                [
-                    np.linalg.norm(np.concatenate([p.inside, p.contour]) - middle, axis=1).max()
-                    for p, middle in zip(self.patches, self.centre, strict=True)
-                ]
-            ),
-            marker_of=marker_of,
-            ignored=self.ignored,
-            starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
-            count=np.array([len(p.inside) for p in self.patches]),
-            most=np.array([len(p.finer) for p in self.patches]),
-            points=np.ascontiguousarray(np.concatenate(filled).T),
-            role=self.role,
-            bulge=np.array([p.bulge for p in self.patches]),
-            contour=np.ascontiguousarray(self.contour.transpose(0, 2, 1)),
-            contour_along=np.ascontiguousarray(self.contour_along.transpose(0, 2, 1)),
-            perimeter=self.perimeter,
-            half_width=self.sides.half_widths,
-            ring_role=self.ring_role,
-            rim_role=self.rim_role,
-            open_ring=free_contour(self.model, self.patches, own_class=True).astype(float),
-            meets=self.meeting,
-            has_meets=(self.meeting >= 0).any(axis=1),
-            patch_of=self.markers,
-            like=self._like(self.component[self.markers], self.marker_labels),
-            like_box=self._like(
-                self.boxes.component, [self.model.components[c].body_labels for c in self.boxes.component]
-            ),
-            table=self.table,
-            own=self.roles.own,
-            best=self.table.max(axis=1),
-            box_component=self.boxes.component,
-            box_rotation=self.boxes.R,
-            box_t=self.boxes.t,
-            half=self.boxes.half,
-            box_radius=np.linalg.norm(self.boxes.half, axis=1),
-        )
+        return compiled_surface(self)
 
     @cached_property
     def _hidden_by_rigid(self) -> Surface:
@@ -227,16 +128,6 @@ class SpatialModel:
         if patch.marker is not None:
             return self.roles.inside(patch.labels)
         return self.roles.body(patch.labels, self.labels[patch.component])
-
-    def _like(self, component: np.ndarray, labels: Sequence[Sequence[int]]) -> NDArray[np.bool_]:
-        """(M, n) which of n pieces of components joints move against a marker, of those that may be of its class."""
-        mine = zip(self.component[self.markers], self.marker_labels, strict=True)
-        pieces, moves = list(zip(component.tolist(), labels, strict=True)), self.kinematics.moves
-        rows = [
-            [bool((moves[c] != moves[other]).any() and set(own) & set(theirs)) for other, theirs in pieces]
-            for c, own in mine
-        ]
-        return np.array(rows, bool).reshape(len(self.markers), len(pieces))
 
     @cached_property
     def overlaps(self) -> bool:

@@ -23,8 +23,9 @@ from ..geometry.projection import normalise
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
+from .poses import Poses
 from .surface_kernels import LEAST_DEPTH_M
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 from .views import long_axis
 
 

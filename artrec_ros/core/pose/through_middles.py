@@ -17,8 +17,9 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.spread import spread, turns_at
 from ..geometry.transforms import Array, rotation_from_rotvec, short_way
+from .poses import Poses
 from .surface_kernels import LEAST_DEPTH_M
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 _STEPS, _DIFFERENCE = 14, 1e-4  # of a fit; for derivatives, in radians or shares of the depth
 _BEYOND, _WEAK = 20.0, 0.1  # what a joint beyond its limits costs, of a radian, and one at its limit

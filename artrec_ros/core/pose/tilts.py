@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, rotation_from_rotvec
+from .poses import Poses
 from .required_place import RequiredPlace
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 _WAYS = 8  # directions in which a solid is tilted
 _BY_RAD = 0.35, 0.75  # fits lead to what is within half of the steps; a cube's sides are 0.8 from its edges at most

@@ -16,7 +16,7 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
 from .pose_fit import but_for_common
-from .surface_model import Poses
+from .poses import Poses
 
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing

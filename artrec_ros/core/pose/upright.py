@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..image.image_frame import ImageFrame
+from .poses import Poses
 from .required_place import RequiredPlace
-from .surface_model import Poses
 
 
 class Upright:

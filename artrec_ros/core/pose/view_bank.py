@@ -32,7 +32,7 @@ class BlobShape:
     moments: tuple[Array, float]
 
 
-def blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
+def _blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
     """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2)."""
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
@@ -85,7 +85,7 @@ class ViewBank:
         """`align` of a blob; what was last asked for is known, for all components that have this marker."""
         last = self._last
         if last is None or last[0] is not frame.field or last[1] is not blob or last[2] != (most, piece):
-            shape = blob_shape(blob, frame.field.seam_px(blob.label), config)
+            shape = _blob_shape(blob, frame.field.seam_px(blob.label), config)
             self._last = last = frame.field, blob, (most, piece), self.align(frame, shape, most, piece)
         return last[3]
 

@@ -18,7 +18,7 @@ from ..geometry.camera import Camera
 from ..geometry.polygons import perimeter, signed_area
 from ..geometry.projection import normalise
 from ..geometry.transforms import Array, rotation_from_rotvec
-from ..model.objects import Marker
+from ..model.marker import Marker
 from ..model.surface import sample_contour, sample_polygon
 from . import lifting_kernels as lifting
 

@@ -8,7 +8,8 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .climb_kernels import Value, totals, votes_of
-from .surface_model import PatchScores, Poses, SpatialModel
+from .poses import PatchScores, Poses
+from .surface_model import SpatialModel
 
 
 class Voter:

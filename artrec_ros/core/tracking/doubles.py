@@ -19,6 +19,7 @@ from .sightings import Sightings
 from .tracks import Tracks
 
 _APART = 0.5  # of the required component's size: bodies that are narrow stand side by side at little more
+_YOUNG_S = 0.2  # what is older stays for its own sake
 _LEAP = 2.0  # as `Places.apart`: so far, by the size itself, one is from where it was in the frame before
 
 
@@ -34,11 +35,13 @@ class Places(NamedTuple):
 
     @classmethod
     def found(cls, names: Sequence[str], s: Sightings) -> Places:
+        """Of detections. :param names: (N,) of their objects."""
         position = np.where(s.posed[:, None], s.position, np.nan)
         return cls(names, position, s.place[:, :2], s.size_m, s.size_m * s.unit[:, 0])
 
     @classmethod
     def expected(cls, tracks: Tracks, sizes: Mapping[str, float]) -> Places:
+        """Of tracks, where they are expected. :param sizes: object's name -> size of its required component, metres."""
         place, size_m = tracks.expected, np.array([sizes.get(name, 0.0) for name in tracks.names])
         position = np.where(tracks.in_camera[:, None], tracks.bodies.motion.place[:, :3], np.nan)
         return cls(tracks.names, position, place[:, :2], size_m, size_m * np.exp(place[:, 2]))
@@ -57,3 +60,15 @@ def leaps(found: Places, lost: Tracks, sizes: Mapping[str, float], dt_s: float, 
     last = Places.found(lost.names, Sightings.of(lost.last, sizes, config))
     before = np.where(lost.age_s <= 1.5 * dt_s, found.apart(last) / _LEAP, np.inf)
     return np.asarray(np.minimum(found.apart(Places.expected(lost, sizes)), before), np.float64)
+
+
+def doubles(tracks: Tracks, here: Sequence[int], sizes: Mapping[str, float]) -> set[int]:
+    """Tracks in the places of those that are seen, where one of both is young: who have stood side by side for a
+    while are two, if narrow ones. :param here: rows of those that are seen."""
+    lost = [row for row in range(len(tracks)) if row not in here]
+    if not here or not lost:
+        return set()
+    there, seen = (Places.expected(tracks[list(rows)], sizes) for rows in (lost, here))
+    young = tracks.lived_s < _YOUNG_S
+    double = (there.apart(seen) < 1) & (young[lost][:, None] | young[list(here)])
+    return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}

@@ -99,6 +99,7 @@ def _has_come(dt_s: Array | float, config: ExistenceConfig) -> Array:
 
 
 def log_odds(probability: Array) -> Array:
+    """Natural logarithm of p / (1 - p), finite for certainties, too."""
     p = np.clip(probability, 1 - _SUREST, _SUREST)
     return np.asarray(np.log(p / (1 - p)))
 

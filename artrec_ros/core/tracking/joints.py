@@ -34,6 +34,7 @@ Units = Mapping[tuple[str, str], About]
 
 
 def units_of(targets: Sequence[Target]) -> Units:
+    """Of all joints of some targets."""
     units: dict[tuple[str, str], About] = {}
     for target in targets:
         kin = Kinematics(target.model)
@@ -73,6 +74,7 @@ class Joints:
 
     @classmethod
     def none(cls) -> Joints:
+        """Of no tracks."""
         state = MotionState(np.zeros((0, 2, 1)), np.zeros((0, 2, 2, 1, 1)), np.zeros((0, 1)))
         return cls((), state, (), np.zeros(0, int))
 

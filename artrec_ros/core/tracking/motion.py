@@ -68,6 +68,7 @@ class MotionState:
 
     @classmethod
     def joined(cls, parts: Sequence[MotionState]) -> MotionState:
+        """The rows of all, in order."""
         means, covariances, units = zip(*((p.mean, p.covariance, p.unit) for p in parts), strict=True)
         return cls(np.concatenate(means), np.concatenate(covariances), np.concatenate(units))
 
@@ -138,9 +139,11 @@ class Bodies:
         return _settled(self.motion.after(dt_s, model), self.turn)
 
     def seen(self, place: Array, turn: Array, noise: Array) -> Bodies:
+        """After measurements. :param place: (T, 3) metres. :param turn: (T, 3, 3). :param noise: (T, 6, 6) of both."""
         return _settled(self.motion.corrected(self.error(place, turn), noise), self.turn)
 
     def replaced(self, rows: Rows, bodies: Bodies) -> Bodies:
+        """With some rows by others."""
         turn = self.turn.copy()
         turn[rows] = bodies.turn
         return Bodies(self.motion.replaced(rows, bodies.motion), turn)

@@ -49,6 +49,7 @@ class Sightings:
 
     @classmethod
     def of(cls, detections: Sequence[Detection], sizes: Mapping[str, float], config: SightingsConfig) -> Sightings:
+        """:param sizes: object's name -> size of its required component, metres."""
         n = len(detections)
         image = np.array([(d.image.x, d.image.y, d.image.scale, d.image.theta) for d in detections]).reshape(n, 4)
         place, scale = image[:, :3].copy(), image[:, 2]

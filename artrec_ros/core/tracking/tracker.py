@@ -15,52 +15,54 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..base.config import TrackingConfig
+from ..base.config import RecognizerConfig, TrackingConfig
 from ..base.deferred import Deferred
 from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
 from ..model.found import Detection, FrameResult, Rejection
 from ..model.target import Target
 from ..verdict.judge import too_low
-from .doubles import Places, leaps
+from .doubles import Places, doubles, leaps
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
 from .matching import assign, matched
 from .motion import Flags, MotionModel
-from .names import Numbers, identified, remembered, same_by_name
+from .names import Numbers
+from .naming import found_again, with_names
 from .sightings import Sightings, sizes_of
 from .telling import Teller
 from .tracks import Tracks
 
-_SAME = 0.5  # probability from which a newcomer is an object that is lost
 _MOST_LATE = 3  # frames in a row that come out of their order
-_YOUNG_S = 0.2  # what is older stays for its own sake
-_NAMED = 0.5  # probability from which an object that is not seen keeps its identity from others
+_BY_DEFAULT = RecognizerConfig()
 
 
 class Tracker:
     """Carries objects on through the frames of one camera, in their order."""
 
     def __init__(
-        self, config: TrackingConfig, targets: Sequence[Target] = (), in_doubt: bool = True, least: float = 1.0
+        self,
+        config: TrackingConfig,
+        targets: Sequence[Target] = (),
+        recognizer: RecognizerConfig = _BY_DEFAULT,
     ) -> None:
         """:param targets: tell what joints are measured in, and how large objects are.
-        :param in_doubt: whether scores are probabilities to which other frames add; else each frame tells for itself
-            what is there, how it is turned and which one it is, and only ids and motions are carried on.
-        :param least: probability that is enough for one frame to tell an object: it is so for several.
+        :param recognizer: by which detections are found. It tells whether their scores are probabilities to which other
+            frames add; else each frame tells for itself what is there, how it is turned and which one it is, and only
+            ids and motions are carried on. What is probable enough for one frame to tell it is so for several.
         """
         self._numbers, self._units = Numbers(), units_of(targets)
         self._sizes = sizes_of(targets)
         self._size, self._frame_id = (0, 0), ""
         self._late: list[int] = []  # stamps of frames that came out of their order just now
-        self.configure(config, in_doubt, least)
+        self.configure(config, recognizer)
         self.forget()
 
-    def configure(self, config: TrackingConfig, in_doubt: bool = True, least: float = 1.0) -> None:
+    def configure(self, config: TrackingConfig, recognizer: RecognizerConfig = _BY_DEFAULT) -> None:
         """Go on with other parameters."""
-        self._least = min(config.existence.least, least)
-        self._config, self._in_doubt = config if in_doubt else _without_memory(config), in_doubt
+        self._least, self._in_doubt = min(config.existence.least, recognizer.min_probability), recognizer.in_doubt
+        self._config = config if self._in_doubt else _without_memory(config)
         self._motion = MotionModel(config.speed, config.steady_s)
         if not config.enabled:
             self.forget()
@@ -186,17 +188,6 @@ class Tracker:
         apart = leaps(there, self._tracks[lost], self._sizes, dt_s, self._config.sightings)
         return {new[n]: lost[k] for n, k in assign(apart - 1).items()}
 
-    def _doubles(self, here: Sequence[int]) -> set[int]:
-        """Tracks in the places of those that are seen, where one of both is young: who have stood side by side for a
-        while are two, if narrow ones. :param here: rows of those that are seen."""
-        lost = [row for row in range(len(self._tracks)) if row not in here]
-        if not here or not lost:
-            return set()
-        there, seen = (Places.expected(self._tracks[list(rows)], self._sizes) for rows in (lost, here))
-        young = self._tracks.lived_s < _YOUNG_S
-        double = (there.apart(seen) < 1) & (young[lost][:, None] | young[list(here)])
-        return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}
-
     def _turned(
         self, result: FrameResult, row_of: Mapping[int, int], sightings: Sightings
     ) -> tuple[FrameResult, Sightings]:
@@ -237,16 +228,17 @@ class Tracker:
             for n in sorted(row_of)
             if not (self._in_doubt and found[n].is_in_doubt) or likely[row_of[n]] >= min(least, found[n].there)
         ]
-        given_away = self._find_again(set(row_of.values()), [row_of[n] for n in told])
-        self._name([row_of[n] for n in told])
+        here, told_rows = set(row_of.values()), [row_of[n] for n in told]
+        self._tracks, given_away = found_again(self._tracks, here, told_rows, self._config.sightings)
+        self._tracks = with_names(self._tracks, told_rows, self._numbers, self._in_doubt, self._config.sightings)
         teller = Teller(
             self._tracks, self._joints, self._config, result.size, self._sizes, likely if self._in_doubt else None
         )
         seen = [teller.seen(found[n], row_of[n]) for n in told]
-        here, whose = set(row_of.values()), list(zip(self._tracks.names, self._tracks.ids, strict=True))
+        whose = list(zip(self._tracks.names, self._tracks.ids, strict=True))
         taken = {whose[row] for row in here if self._tracks.ids[row] is not None}
         # who was alone and has been lost has given the id away
-        gone = here | given_away | self._doubles(sorted(here))
+        gone = here | given_away | doubles(self._tracks, sorted(here), self._sizes)
         away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
         expected = teller.expected(away)
         kept = np.zeros(len(whose), bool)
@@ -255,46 +247,6 @@ class Tracker:
         waits = [_waiting(found[n], likely[row_of[n]], least) for n in sorted(set(row_of) - set(told))]
         rejected = Deferred(lambda: (*waits, *result.rejected)) if waits else result.rejected
         return replace(result, detections=(*seen, *expected), rejected=rejected, doubtful=())
-
-    def _find_again(self, here: set[int], told: Sequence[int]) -> set[int]:
-        """Who is told of for the first time, and has the name of an object that is not seen where it should be, is this
-        object, where a name occurs but once: it bounced, was carried, or was out of sight for long; in another scene,
-        too. The rows whose ids and names others have now.
-
-        :param here: rows of all that are seen. :param told: of those that are told of.
-        """
-        tracks, memory = self._tracks, self._config.sightings.identity_memory
-        ids, fits = list(tracks.ids), list(tracks.identities)
-        new = [row for row in told if ids[row] is None]
-        lost = [row for row in range(len(tracks)) if row not in here and ids[row] is not None]
-        if not new or not lost:
-            return set()
-        known = tracks.are_told & np.isin(np.arange(len(tracks)), list(here))
-        there = tracks.existence.probability
-        named_by_now = identified(tracks.names, fits, known, there, self._config.sightings.misnamed)
-        same = same_by_name(tracks.names, named_by_now, there, new, lost)
-        found = {new[n]: lost[k] for n, k in assign(_SAME - same).items()}
-        for row, before in found.items():
-            ids[row], ids[before] = ids[before], None
-            fits[row], fits[before] = remembered(fits[row], fits[before], memory), None
-        self._tracks = replace(tracks, ids=tuple(ids), identities=tuple(fits))
-        return set(found.values())
-
-    def _name(self, rows: Sequence[int]) -> None:
-        """Give numbers to those tracks that are told, and tell which one each is."""
-        tracks, ids = self._tracks, list(self._tracks.ids)
-        self._numbers.meet(tracks.names[row] for row in rows)
-        for row in rows:
-            number = ids[row]
-            if number is None:
-                ids[row] = self._numbers.new(tracks.names[row])
-            else:
-                self._numbers.keep(tracks.names[row], number)
-        there = tracks.existence.probability
-        likely = (there >= _NAMED) & self._in_doubt
-        likely[list(rows)] = True
-        identities = identified(tracks.names, tracks.identities, likely, there, self._config.sightings.misnamed)
-        self._tracks = replace(tracks, ids=tuple(ids), identities=identities)
 
 
 def _without_memory(config: TrackingConfig) -> TrackingConfig:

@@ -97,6 +97,7 @@ class Tracks:
 
     @classmethod
     def none(cls) -> Tracks:
+        """No tracks at all."""
         nothing, turns = np.zeros(0), np.zeros((0, 3, 3))
         flat, solid = (MotionState(np.zeros((0, 2, n)), np.zeros((0, 2, 2, n, n)), np.zeros((0, n))) for n in (3, 6))
         counts, existence = np.zeros(0, int), Existence.of(nothing)

@@ -18,10 +18,10 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
-from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from ..pose.poses import Poses
 from .judge import Judge
 from .nearer import behind_others
+from .verdicts import Verdict
 
 
 class AtRest(NamedTuple):

@@ -24,8 +24,8 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from ..pose.poses import Poses
+from .verdicts import Verdict
 
 
 class _Blobs(NamedTuple):

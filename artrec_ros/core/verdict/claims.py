@@ -18,7 +18,8 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import PatchScores, Poses, SpatialModel
+from ..pose.poses import PatchScores, Poses
+from ..pose.surface_model import SpatialModel
 
 _ALL_AROUND = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4], np.float32)
 MOST_KNOWN = 4.0  # scales from one to 55: who knows no more of them knows nothing

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing, OtherTurn, Rejection
+from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
-from ..pose.other_ways import LEAST_BEND, OtherWays
+from ..pose.other_ways import OtherWays
+from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from ..pose.surface_model import Poses
-from .acceptance import Verdict, verdicts_of
+from .acceptance import verdicts_of
 from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, beyond_chance
 from .claims import claims_of
@@ -27,7 +25,9 @@ from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_places import beside_other_places
+from .otherwise import as_it_lies, otherwise
 from .parts import part_probabilities
+from .verdicts import Verdict
 
 _NO_PART = Part(-1, 0.0)
 
@@ -111,18 +111,14 @@ class Describer:
             self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks, times[n])
             for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
         ]
-        detections = [
-            d if e is None else replace(_beside(d, e), other_turn=None)
-            for d, e in zip(detections, rest.elsewhere, strict=True)
-        ]
-        detections = [_beside(d, other) for d, other in zip(detections, rest.others, strict=True)]
         ways = self._other_ways.of(shows, poses, seen, rest.used)
-        detections = [_beside_way(d, way) for d, way in zip(detections, ways, strict=True)]
+        each = zip(detections, rest.elsewhere, rest.others, ways, strict=True)
+        detections = [otherwise(*one) for one in each]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
         if layouts is None:
             return detections
         names = self._identifier.numbers(identities)
-        detections = [_as_it_lies(d, p) for d, p in zip(detections, layouts.as_told(names).tolist(), strict=True)]
+        detections = [as_it_lies(d, p) for d, p in zip(detections, layouts.as_told(names).tolist(), strict=True)]
         if not layouts.by_seen.any():
             return detections
         return beside_other_places(finder, frame.camera, layouts, names, detections)
@@ -251,44 +247,3 @@ def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list
     for v, of in zip(new, part_probabilities(new), strict=True):
         known[v] = {c: Part(v.shown[c], p) for c, p in of.items()}
     return [dict(known[v]) for v in verdicts]
-
-
-def _as_it_lies(detection: Detection, share: float) -> Detection:
-    """A detection that would be none turned as its pixels are likelier: it is there, but its name is that of its turns,
-    and its components are others'. :param share: how probable it is that it lies as it is told."""
-    if share == 1:
-        return detection
-    parts = tuple(part.rated(part.score * share) for part in detection.components)
-    as_told = detection.as_told * share
-    return replace(detection, score=detection.score * share, as_told=as_told, components=parts)
-
-
-def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
-    """A detection in space, with another pose that may be the true one: its joints are those that are told."""
-    if other is None or detection.pose is None or detection.pose_covariance is None:
-        return detection
-    other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
-    return detection.beside(other, other.probability)
-
-
-def _beside_way(detection: Detection, way: OtherTurn | None) -> Detection:
-    """A detection with another way to bend it: in space beside it, as far as none is; of what is found flat as less
-    probable to be as it is told."""
-    if way is None:
-        return detection
-    if detection.pose_covariance is not None:
-        other = _beside(detection, way)
-        return other if detection.other_turn is None else replace(other, other_turn=detection.other_turn)
-    if not any(abs(way.joints[name] - q) > LEAST_BEND for name, q in detection.joints.items()):
-        return detection  # nothing that is told would be otherwise
-    share = 1 - way.probability
-    return replace(detection, score=detection.score * share, as_told=detection.as_told * share)
-
-
-def rejection_of(
-    verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
-) -> Rejection:
-    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
-    x, y = project(frame.camera, verdict.claim.poses.t)[0]
-    name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
-    return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))

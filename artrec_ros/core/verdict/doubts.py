@@ -9,18 +9,18 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection
 from ..pose.finder import WholeObjectFinder
-from .acceptance import Verdict
 from .descriptions import Describer
 from .enough import lack_of
 from .judge import Judge
 from .offers import Told
+from .verdicts import Verdict
 
 _MOST = 3  # are described of each object, the most probable: what an image is full of is clutter
 
 
 def verdicts_in_doubt(finder: WholeObjectFinder, judge: Judge, told: Told) -> Iterator[Verdict]:
     """Those on one target's candidates that are not told for they are not probable enough."""
-    return (v for v in told.shared[1] if v.claim.finder is finder and judge.doubts(v))
+    return (v for v in told.shared.others if v.claim.finder is finder and judge.doubts(v))
 
 
 def doubtful(

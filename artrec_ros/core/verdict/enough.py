@@ -9,9 +9,9 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
-from .acceptance import Verdict
 from .descriptions import Describer
 from .judge import NO_DIRECTION, Judge, too_low
+from .verdicts import Verdict
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
 _BY_CHANCE = "chance makes such an object of so many like patches"

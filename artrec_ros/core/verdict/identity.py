@@ -26,7 +26,7 @@ from ..model.identities import identities_of
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
 NONE_LEFT = "it occurs once, or its identities do (unique), and others are likelier"

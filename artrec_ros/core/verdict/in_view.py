@@ -25,9 +25,9 @@ from ..model.kinematics import Frames
 from ..model.surface import INSIDE_POINTS
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from .acceptance import Verdict
 from .missing import MarkersInView
 from .nearer import hidden_by_each, met_by_each
+from .verdicts import Verdict
 
 
 class Part(NamedTuple):

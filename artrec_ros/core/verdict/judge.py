@@ -14,10 +14,11 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from .acceptance import CASES, Verdict, Verdicts, verdicts_of
+from ..pose.poses import Poses
+from .acceptance import verdicts_of
 from .claims import Seen, claims_of, swollen
 from .reach import Reach
+from .verdicts import CASES, Verdict, Verdicts
 
 _LEAST = 1e-3  # who shows no identity comes last, but may be there
 NO_DIRECTION = "nothing but one component is seen, a disc, which tells no direction"

@@ -29,8 +29,8 @@ from ..model.found import Detection, Missing
 from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from .acceptance import Verdict
 from .claims import left_by, unexplained
+from .verdicts import Verdict
 
 _DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
 

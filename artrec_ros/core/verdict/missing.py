@@ -16,8 +16,8 @@ from ..model.found import Missing, MissingState
 from ..model.kinematics import Frames
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from .acceptance import Verdict
 from .claims import silhouette
+from .verdicts import Verdict
 
 _ITSELF = "itself"
 _OPEN = 0.5  # share of a marker of which this says what is said of all of it

@@ -17,8 +17,8 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .acceptance import Verdict
 from .claims import corners_m, widened
+from .verdicts import Verdict
 
 _PARALLEL = 1e-9  # metres: a ray that goes along a side
 _OFF_PX = 2.0  # a silhouette of a candidate, with the seam around what is seen of it

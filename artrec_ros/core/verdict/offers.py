@@ -17,15 +17,15 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from .acceptance import Verdict
+from ..pose.poses import Poses
 from .descriptions import Describer
 from .enough import enough_of, without_surplus
 from .judge import Judge
+from .ownership import Shared
+from .verdicts import Verdict
 
 _ROUNDS = 3  # what one that went has kept away may go in its turn
 Found = Sequence[tuple[WholeObjectFinder, Poses]]
-Shared = tuple[Sequence[Verdict], Sequence[Verdict]]
 
 
 @dataclass(frozen=True)
@@ -121,7 +121,7 @@ class Offers:
         return best
 
     def _once(self, shared: Shared) -> Told:
-        told, surplus, objects = without_surplus(self.describers, shared[0], self.frame, self.judge)
+        told, surplus, objects = without_surplus(self.describers, shared.accepted, self.frame, self.judge)
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
         for describer, mine in zip(self.describers, told, strict=True):

@@ -14,7 +14,8 @@ from ..model.found import Detection, ImagePose, Instance, OtherPlace
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
-from ..pose.surface_model import Poses, SpatialModel
+from ..pose.poses import Poses
+from ..pose.surface_model import SpatialModel
 
 
 def beside_other_places(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from functools import partial
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,14 +15,22 @@ from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from .acceptance import Verdict, Verdicts
+from ..pose.poses import Poses
 from .claims import Seen, widened
 from .contenders import Contenders
 from .judge import Judge
 from .looks import Judged, Looks, Owner, Owners
+from .verdicts import Verdict, Verdicts
 
 _AT_ONCE = 64  # claims between two looks at the clock
+
+
+class Shared(NamedTuple):
+    """What becomes of candidates: verdicts on those of all targets that are objects, best first, and on the best of the
+    others at each place."""
+
+    accepted: list[Verdict]
+    others: Sequence[Verdict]
 
 
 def share_out(
@@ -29,9 +38,8 @@ def share_out(
     frame: ImageFrame,
     judge: Judge,
     looks: Looks | None = None,
-) -> tuple[list[Verdict], Sequence[Verdict]]:
-    """Verdicts on accepted claims of all targets together, best first, and on the best of the others at each place:
-    sorted out when they are looked at.
+) -> Shared:
+    """Verdicts on the claims of all targets together; those that are no objects are sorted out when they are looked at.
 
     The claim with the most trusted votes of all that it meets takes its pixels; others that stand there are judged
     again without them. One that is not told, for its required component is out of sight, or looks more like another,
@@ -56,9 +64,9 @@ def share_out(
     for _, verdict in accepted:
         (told if judge.tells(verdict) else untold).append(verdict)
     if frame.deadline.expired:
-        return told, ()
+        return Shared(told, ())
     left = [*untold, *map(field.verdict, field.standing)]
-    return told, Deferred(lambda: _best_of_each_place(left, frame.camera))
+    return Shared(told, Deferred(lambda: _best_of_each_place(left, frame.camera)))
 
 
 class _Field:

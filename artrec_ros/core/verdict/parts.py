@@ -13,11 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ..geometry.transforms import Array
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from . import acceptance_curves, facing_curves
-from .acceptance import Verdict, packed
+from .acceptance import packed
 from .curve_kernels import Curves, probabilities
 from .parts_kernels import shares_alone
+from .verdicts import Verdict
 
 
 class PartEvidence(NamedTuple):

@@ -11,6 +11,7 @@ WHERE typeof(data) != 'blob' OR typeof(timestamp) != 'integer' OR timestamp < 0"
 
 
 def sqlite3_problem(path: Path) -> str | None:
+    """What a database lacks, as a message ends; None: nothing."""
     if problem := cut_off(path):
         return problem
     with closing(sqlite3.connect(f"{path.absolute().as_uri()}?immutable=1", uri=True)) as database:

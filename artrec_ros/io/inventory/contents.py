@@ -47,12 +47,15 @@ class Sample:
 
     @property
     def labels(self) -> Mapping[int, int]:
+        """label -> how many of the images show it; of label images alone."""
         shown = [set(np.unique(i).tolist()) for i in self.images if i.ndim == 2]
         return dict(sorted(Counter(v for values in shown for v in values).items()))
 
 
 @dataclass(frozen=True)
 class BagContent:
+    """A bag. :param samples: of its image topics. :param problems: a line for each."""
+
     topics: tuple[Topic, ...]
     duration_s: float
     samples: tuple[Sample, ...]
@@ -71,6 +74,8 @@ class ConstraintContent:
 
 @dataclass(frozen=True)
 class TruthContent:
+    """A file of truth. :param stamps: of its frames, ns. :param labels: label -> objects that have it."""
+
     frames: int
     stamps: frozenset[int]
     labels: Mapping[int, int]
@@ -78,6 +83,8 @@ class TruthContent:
 
 @dataclass(frozen=True)
 class ResultContent:
+    """Results of a replay. :param stamps: of its frames, ns. :param objects: name -> how many were found."""
+
     frames: int
     stamps: frozenset[int]
     objects: Mapping[str, int]

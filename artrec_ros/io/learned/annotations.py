@@ -16,7 +16,8 @@ import numpy as np
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
-from ...core.model.objects import Marker, ObjectModel
+from ...core.model.marker import Marker
+from ...core.model.objects import ObjectModel
 from ..base.yaml_files import Value, nearest
 from ..images.decoding import Image, read_image
 from .coco import coco_entry, coco_image, read_coco, rows_of

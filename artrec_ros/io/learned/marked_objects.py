@@ -24,7 +24,8 @@ from ...core.geometry.field_plane import FieldPlane
 from ...core.geometry.transforms import Array
 from ...core.model.found import Instance
 from ...core.model.identities import identities_of as existing_identities
-from ...core.model.objects import Component, Marker
+from ...core.model.marker import Marker
+from ...core.model.objects import Component
 from ...core.model.target import Target
 from ..base.yaml_files import nearest
 from .annotations import IDENTITY, AnnotatedObject, Annotations, axis_px, load_coco
@@ -97,16 +98,16 @@ class _Seen:
             label = label_of(ball, target.label, shown.get(ball.name), o)
             self.markers.append((_named(label, ball.name, o, names), outline))
         flat = target.model.is_flat  # else bodies do not follow from axes
-        for component, marker, place, label in shown_markers(o, annotations, targets, names):
+        for component, marker, place, label in _shown_markers(o, annotations, targets, names):
             self.markers.append((names[label], outline_px(marker, place, plane)))
             for body_label in {*component.body_labels} & {*names} if flat else ():
-                for outline in body_outlines(component, marker, place, plane):
-                    self.bodies.append((names[body_label], inner_part(outline)))
+                for outline in _body_outlines(component, marker, place, plane):
+                    self.bodies.append((names[body_label], _inner_part(outline)))
                     self.ignored.append(outline)
-        self.ignored += hidden_parts(o, target)
+        self.ignored += _hidden_parts(o, target)
 
 
-def shown_markers(
+def _shown_markers(
     annotated: AnnotatedObject, annotations: Annotations, targets: Sequence[Target], names: Mapping[int, str]
 ) -> Iterator[tuple[Component, Marker, Instance, int]]:
     """Each marker whose axis is annotated: its component, its place, its class' label."""
@@ -206,7 +207,7 @@ def _placed_px(points: Array, marker: Marker, place: Instance, plane: FieldPlane
     return np.stack([at.real, at.imag], axis=1)
 
 
-def body_outlines(component: Component, marker: Marker, place: Instance, plane: FieldPlane | None) -> Iterator[Array]:
+def _body_outlines(component: Component, marker: Marker, place: Instance, plane: FieldPlane | None) -> Iterator[Array]:
     """(n, 2) pixels of the outline of each box of a component that lies flat, of which a marker is at its place in the
     image; none where the marker's place on it is not known. :param plane: as of `outline_px`."""
     if marker.T_component_marker is None:
@@ -217,13 +218,13 @@ def body_outlines(component: Component, marker: Marker, place: Instance, plane: 
         yield _placed_px(cv2.convexHull(corners.astype(np.float32))[:, 0].astype(float), marker, place, plane)
 
 
-def inner_part(outline: Array) -> Array:
+def _inner_part(outline: Array) -> Array:
     """(n, 2) what of an outline shows a body for sure, though its box is rough."""
     middle = outline.mean(axis=0)
     return np.asarray(middle + _SURE_OF_BODY * (outline - middle))
 
 
-def hidden_parts(annotated: AnnotatedObject, target: Target) -> list[Array]:
+def _hidden_parts(annotated: AnnotatedObject, target: Target) -> list[Array]:
     """The box of an object some of whose markers are not annotated, be it that its category has no keypoints for them:
     they may yet be seen in part."""
     balls = {ball.name for ball, _ in marked_balls(annotated, target)}

@@ -56,7 +56,7 @@ def pose_message(pose: Pose) -> Message:
     return Message("geometry_msgs/msg/Pose", {"position": xyz(pose.position), "orientation": quaternion(pose)})
 
 
-def transform_message(pose: Pose) -> Message:
+def _transform_message(pose: Pose) -> Message:
     """geometry_msgs/Transform."""
     fields = {"translation": xyz(pose.position, "Vector3"), "rotation": quaternion(pose)}
     return Message("geometry_msgs/msg/Transform", fields)
@@ -76,7 +76,7 @@ def object_frames(
             {
                 "header": header_of(parent),
                 "child_frame_id": prefix + instance_name(d),
-                "transform": transform_message(pose),
+                "transform": _transform_message(pose),
             },
         )
         for d in detections
@@ -84,7 +84,7 @@ def object_frames(
     ]
 
 
-def twist_message(twist: Array) -> Message:
+def _twist_message(twist: Array) -> Message:
     """geometry_msgs/Twist. :param twist: (6,) along x, y, z, then about them."""
     fields = {"linear": xyz(twist[:3], "Vector3"), "angular": xyz(twist[3:], "Vector3")}
     return Message("geometry_msgs/msg/Twist", fields)
@@ -104,9 +104,9 @@ def robots(detections: Sequence[Detection], header: Any) -> Message:
     is what is not known."""
     posed = [(d, pose) for d in detections if (pose := d.told_pose) is not None]
     fields: dict[str, Any] = {"header": header, "joint_names": [instance_name(d) for d, _ in posed]}
-    fields["transforms"] = [transform_message(pose) for _, pose in posed]
+    fields["transforms"] = [_transform_message(pose) for _, pose in posed]
     if any(d.motion is not None for d, _ in posed):
-        fields["twist"] = [twist_message(_NO_TWIST if d.motion is None else d.motion.twist) for d, _ in posed]
+        fields["twist"] = [_twist_message(_NO_TWIST if d.motion is None else d.motion.twist) for d, _ in posed]
     return Message("sensor_msgs/msg/MultiDOFJointState", fields)
 
 

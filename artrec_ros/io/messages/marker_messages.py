@@ -101,7 +101,7 @@ class MarkerScene:
     def _object(self, detection: Detection, drawn: Drawn) -> Iterable[Message]:
         yield _frame(detection, drawn)
         yield _name(detection, drawn)
-        slots = marker_slots(self._models[detection.object])
+        slots = _marker_slots(self._models[detection.object])
         for slot, line in sorted(((slots[key], line) for key, line in self._outlines(detection)), key=itemgetter(0)):
             fields: dict[str, Any] = {"type": LINE_STRIP, "scale": _line_scale(drawn.sizes)}
             fields["points"] = [xyz(p) for p in (*line, line[0])]
@@ -166,7 +166,7 @@ def in_plane(detection: Detection, pose: Pose, model: ObjectModel) -> Callable[[
     return to_plane
 
 
-def marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
+def _marker_slots(model: ObjectModel) -> dict[tuple[str, str], int]:
     """A fixed number for each (component, marker) of a model."""
     return {key: i for i, key in enumerate(model.markers)}
 

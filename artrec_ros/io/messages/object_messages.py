@@ -15,7 +15,7 @@ Maker = Callable[[Sequence[Detection], str, HeaderOf], Iterator[Message]]
 """The messages of a topic: of an object name's detections in an image, that image's frame_id, and its headers."""
 
 
-def by_frame(detections: Sequence[Detection], frame_id: str) -> dict[str, list[Detection]]:
+def _by_frame(detections: Sequence[Detection], frame_id: str) -> dict[str, list[Detection]]:
     """The detections that have a pose, by the frame in which it is; without any, none of the image's frame."""
     found: dict[str, list[Detection]] = {}
     for d in detections:
@@ -28,7 +28,7 @@ def _in_space(make: Callable[[Sequence[Detection], Any], Message]) -> Maker:
     """A message for each frame in which there are poses, or an empty one."""
 
     def messages(detections: Sequence[Detection], frame_id: str, header_of: HeaderOf) -> Iterator[Message]:
-        for frame, own in by_frame(detections, frame_id).items():
+        for frame, own in _by_frame(detections, frame_id).items():
             yield make(own, header_of(frame))
 
     return messages

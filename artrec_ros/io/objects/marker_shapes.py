@@ -11,7 +11,8 @@ import numpy as np
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
-from ...core.model.objects import Component, Marker, ObjectModel
+from ...core.model.marker import Marker
+from ...core.model.objects import Component, ObjectModel
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner
 
 _SHORT, _LONG = 0.06, 0.12  # shares of the longer side: an edge that a blunted corner left, and a true edge

@@ -13,8 +13,9 @@ from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
 from ...core.model.bodies import beneath_markers
 from ...core.model.identities import identities_of
+from ...core.model.marker import Marker
 from ...core.model.names import check_name
-from ...core.model.objects import Box, Component, Identity, Joint, Marker, ObjectModel
+from ...core.model.objects import Box, Component, Identity, Joint, ObjectModel
 from ..base.yaml_files import Value, load_yaml, nearest
 from .outlines import crossing_edges, default_axis, disc_outline, folded_corner, silhouette_outline
 from .places import MOST_M, SOLIDS, read_box, read_direction, read_pose

@@ -13,7 +13,8 @@ import yaml
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
-from ...core.model.objects import GREATEST_LABEL, Component, Joint, Marker, ObjectModel
+from ...core.model.marker import Marker
+from ...core.model.objects import GREATEST_LABEL, Component, Joint, ObjectModel
 from ..base.whole_files import save_file
 from ..base.yaml_files import load_yaml
 from .object_reader import FORMAT

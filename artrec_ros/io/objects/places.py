@@ -30,23 +30,25 @@ def read_pose(value: Value) -> Pose:
 
 
 def read_direction(value: Value) -> Array:
+    """(3,) of length 1. :raises ConfigError: naming file and key: it is none."""
     v = value.vector(3, 1e6)
     if np.linalg.norm(v) < 1e-9:
         raise value.error("is no direction: its length is zero")
     return v / np.linalg.norm(v)
 
 
-def pose_among(value: Value, given: Mapping[str, Value], *others: str) -> Pose:
+def _pose_among(value: Value, given: Mapping[str, Value], *others: str) -> Pose:
     """The pose that stands among other keys."""
     return read_pose(Value(value.file, value.key, {k: v.raw for k, v in given.items() if k not in others}))
 
 
 def read_box(value: Value) -> Box:
+    """A box of full size, metres, with the pose beside it. :raises ConfigError: naming file and key."""
     given = value.fields(required=("size",), optional=("xyz", "rpy", "x_axis", "y_axis"))
     size = np.array([v.number(high=MOST_M, above=0) for v in given["size"].items()])
     if len(size) != 3:
         raise given["size"].error(f"needs 3 numbers, has {len(size)}")
-    return Box(pose_among(value, given, "size"), size)
+    return Box(_pose_among(value, given, "size"), size)
 
 
 def _read_solid_box(value: Value) -> Solid:
@@ -56,13 +58,13 @@ def _read_solid_box(value: Value) -> Solid:
 def _read_solid_cylinder(value: Value) -> Solid:
     given = value.fields(required=("radius", "length"), optional=("xyz", "rpy", "x_axis", "y_axis"))
     radius, length = (given[key].number(high=MOST_M, above=0) for key in ("radius", "length"))
-    return cylinder_solid(radius, length, pose_among(value, given, "radius", "length"))
+    return cylinder_solid(radius, length, _pose_among(value, given, "radius", "length"))
 
 
 def _read_solid_ball(value: Value) -> Solid:
     given = value.fields(required=("radius",), optional=("xyz",))
     radius = given["radius"].number(high=MOST_M, above=0)
-    return ball_solid(radius, pose_among(value, given, "radius"))
+    return ball_solid(radius, _pose_among(value, given, "radius"))
 
 
 # what a component of one colour may be

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...core.geometry.transforms import Array, Pose
-from ...core.model.objects import Box, Marker
+from ...core.model.marker import Marker
+from ...core.model.objects import Box
 from .outlines import default_axis
 
 # of each the direction it faces, and those of its x (right) and y (up) as a camera that faces it sees it: REP 103

@@ -14,7 +14,7 @@ import numpy as np
 from ...core.base.errors import ConfigError
 from ...core.geometry.polygons import signed_area
 from ...core.geometry.transforms import Array
-from ...core.model.objects import Marker
+from ...core.model.marker import Marker
 from ..base.yaml_files import is_finite, nearest, read_text
 from .marker_shapes import LooseMarker, marker_of, safe_name
 

@@ -17,8 +17,9 @@ import numpy as np
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array, Pose
+from ...core.model.marker import Marker
 from ...core.model.names import is_name
-from ...core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from ...core.model.objects import Box, Component, Joint, ObjectModel
 from ...core.model.solids import closed_components
 from ..base.yaml_files import nearest
 from .marker_shapes import safe_name

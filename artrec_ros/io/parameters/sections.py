@@ -34,7 +34,7 @@ def read_files(*paths: str | Path) -> Given:
     return Given(flat, folder, ", ".join(map(str, paths)))
 
 
-def load_parameter_file(path: str | Path) -> Value:
+def _load_parameter_file(path: str | Path) -> Value:
     """All that it holds."""
     check_size(path, MOST_BYTES)
     return load_value(path)
@@ -42,7 +42,7 @@ def load_parameter_file(path: str | Path) -> Value:
 
 def read_flat(path: str | Path) -> dict[str, Any]:
     """The parameters of a ROS parameter file by their flat names; a node's own section goes before the wildcard's."""
-    value = load_parameter_file(path)
+    value = _load_parameter_file(path)
     if problem := mistaken(value.raw, PARAMETERS):
         raise value.error(f"{problem}, which names the object's file (docs/parameters.md)")
     sections = _sections(value) if not isinstance(value.raw, dict) or holds_parameters(value.raw) else {}
@@ -61,7 +61,7 @@ def read_flat(path: str | Path) -> dict[str, Any]:
 
 def check_sections(paths: Sequence[Path], node: str) -> None:
     """:param node: with its namespace. :raises ConfigError: no section of the files is this node's."""
-    names = [name for path in paths for name in _sections(load_parameter_file(path))]
+    names = [name for path in paths for name in _sections(_load_parameter_file(path))]
     if names and not any(_matches(name, node) for name in names):
         files = ", ".join(map(str, paths))
         raise ConfigError(
@@ -75,7 +75,7 @@ def check_own(path: Path, node: str) -> None:
 
     :param node: with its namespace. :raises ConfigError: a key of its sections is given twice.
     """
-    for name, section in _sections(load_parameter_file(path)).items():
+    for name, section in _sections(_load_parameter_file(path)).items():
         if _matches(name, node):
             _flatten(section)
 

@@ -15,6 +15,8 @@ _Count = Annotated[int, Between(0, 2**31)]
 
 
 class Place(TypedDict):
+    """A pose: metres and a quaternion x, y, z, w."""
+
     position: _Triple
     orientation: _Quadruple
 
@@ -28,10 +30,14 @@ class _OtherPlace(Place):
 
 
 class OtherPlace(_OtherPlace, total=False):
+    """`other_turn`."""
+
     joints: _Joints
 
 
 class OtherImagePlace(TypedDict):
+    """`other_place`."""
+
     probability: Share
     x: float
     y: float
@@ -46,6 +52,8 @@ class _FilteredPlace(Place):
 
 
 class FilteredPlace(_FilteredPlace, total=False):
+    """`filtered`."""
+
     twist: _Sextuple
     joint_rates: _Joints
 
@@ -116,6 +124,8 @@ class _Line(TypedDict):
 
 
 class Line(_Line, total=False):
+    """A line."""
+
     size: tuple[_Count, _Count] | None
     rejected: tuple[Rejection, ...]
     timing_ms: dict[str, float]

@@ -18,7 +18,8 @@ from ...core.geometry.camera import Camera
 from ...core.geometry.polygons import in_space, signed_area
 from ...core.geometry.projection import project
 from ...core.geometry.transforms import Array, Pose, readonly
-from ...core.model.objects import Component, Marker, ObjectModel
+from ...core.model.marker import Marker
+from ...core.model.objects import Component, ObjectModel
 from ...io.base.yaml_files import nearest
 from ...io.learned.annotations import instance_from_axis
 from ...io.truth.records import TrueComponent, TrueObject

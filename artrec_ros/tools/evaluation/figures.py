@@ -150,6 +150,7 @@ def written(key: str, estimate: Estimate, interval: bool = True) -> str:
 
 
 def title(key: str) -> str:
+    """A figure's heading, with its unit."""
     shown = SHOWN[key]
     return f"{shown.title}, {shown.unit}" if shown.unit else shown.title
 

@@ -75,18 +75,18 @@ def f1(right: int, false: int, missed: int) -> Estimate:
 
 def median(values: ArrayLike) -> Estimate:
     """The median of a sample: percentile bootstrap."""
-    return bootstrapped(values, _median)
+    return _bootstrapped(values, _median)
 
 
 def quantile(values: ArrayLike, q: float) -> Estimate:
-    return bootstrapped(values, lambda x, axis: np.quantile(x, q, axis=axis))
+    return _bootstrapped(values, lambda x, axis: np.quantile(x, q, axis=axis))
 
 
 def mean(values: ArrayLike) -> Estimate:
-    return bootstrapped(values, np.mean)
+    return _bootstrapped(values, np.mean)
 
 
-def bootstrapped(values: ArrayLike, statistic: Callable[..., Any]) -> Estimate:
+def _bootstrapped(values: ArrayLike, statistic: Callable[..., Any]) -> Estimate:
     """A statistic of a sample: percentile bootstrap. One value alone has no interval.
 
     :param statistic: of an array along `axis`.

@@ -134,10 +134,10 @@ def _judge_best(ways: Sequence[TrueObject], d: Detection, root: str) -> Outcome:
     o, near = ways[0], [way for way in ways if _distance(way, d, root) <= _NEAR]
     outcomes = [_judge(way, d, root) for way in near]
     best = max(outcomes, key=lambda one: sum(hit for _, hit in one.hits) - len(one.missed))
-    return replace(best, truth=o, counted=is_in_view(o, root))
+    return replace(best, truth=o, counted=_is_in_view(o, root))
 
 
-def is_in_view(o: TrueObject, root: str) -> bool:
+def _is_in_view(o: TrueObject, root: str) -> bool:
     """Whether an object counts: enough of its required component can be seen."""
     return any(_is_seen(c) for name, c in o.components.items() if shows(name, root))
 
@@ -188,7 +188,7 @@ def _distance(o: TrueObject, d: Detection, root: str) -> float:
 
 
 def _missed_object(o: TrueObject, root: str) -> Outcome:
-    return Outcome(o, is_in_view(o, root), right=None if o.told is Told.REQUIRED else False)
+    return Outcome(o, _is_in_view(o, root), right=None if o.told is Told.REQUIRED else False)
 
 
 def _judge(o: TrueObject, d: Detection, root: str) -> Outcome:
@@ -196,7 +196,7 @@ def _judge(o: TrueObject, d: Detection, root: str) -> Outcome:
     missed = _missed(o, {c.component for c in d.components}, root)
     right = None if o.told is Told.REQUIRED else all(hit for _, hit in hits) and not missed
     others = tuple((component, hit) for component, hit in hits if component != root)
-    return Outcome(o, is_in_view(o, root), d, others, frozenset(missed), right, tuple(_image_errors(d, o)))
+    return Outcome(o, _is_in_view(o, root), d, others, frozenset(missed), right, tuple(_image_errors(d, o)))
 
 
 def _image_errors(d: Detection, o: TrueObject) -> Iterator[tuple[float, float | None]]:

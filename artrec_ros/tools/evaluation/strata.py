@@ -44,6 +44,7 @@ class Bin:
 
     @cached_property
     def figures(self) -> Figures:
+        """Of what is in it; precision and f1 are not known where `tells_false` is not so."""
         figures = figures_of(self.counts)
         return figures if self.tells_false else figures | {key: Estimate() for key in ("precision", "f1")}
 

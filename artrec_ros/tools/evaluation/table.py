@@ -56,6 +56,7 @@ def change_cells(key: str, change: Change) -> list[str]:
 
 
 def signed(key: str, change: Change) -> str:
+    """A difference with its sign, and the interval, where there is one."""
     d, factor, digits = change.difference, FACTORS.get(key, 1.0), SHOWN[key].digits
     if d.value is None:
         return "-"

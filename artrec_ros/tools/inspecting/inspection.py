@@ -8,25 +8,19 @@ from typing import TypeVar
 
 import numpy as np
 
-from ...core.base.errors import ConfigError, ImageError, SourceError
+from ...core.base.errors import ConfigError, SourceError
 from ...core.geometry.camera import Camera
-from ...core.image.segmentation import Segmenter
-from ...core.model.identities import identities_of
 from ...core.model.objects import ObjectModel
-from ...core.model.target import Target
-from ...core.ways import SPACE, way_of
-from ...io.base.yaml_files import few
-from ...io.images.folders import LOSSY
 from ...io.inventory.contents import BagContent, ConstraintContent, Item, ResultContent, Sample, TruthContent
 from ...io.inventory.inventory import image_stamps
-from ...io.learned.annotations import IDENTITY, AnnotatedObject, Annotations
+from ...io.learned.annotations import Annotations
 from ...io.learned.constraints import load_constraints
-from ...io.learned.marked_objects import unknown_identity
 from ...io.parameters.parameter_file import Setup
 from ...io.parameters.targets import colourless
+from .annotation_problems import annotation_problems
 from .camera_report import odd_calibration
-from .model_report import buried, odd_units, on_own_colour, unborne
-from .nothing_left import nothing_left
+from .image_problems import image_problems
+from .oddities import buried, odd_units, on_own_colour, unborne
 from .shared_classes import shared_classes
 from .structure import split_sides
 
@@ -53,7 +47,7 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
             lines = *on_own_colour(t.model, t.label), *shared_classes(t.model, t.label)
             yield from (f"{path}: {t.name}: {line}" for line in lines)
     for path, coco in _all(items, Annotations):
-        yield from _annotations(path, coco, _models(items))
+        yield from annotation_problems(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):
         yield from _constraints(path, constraints, _models(items))
     for path, setup in _all(items, Setup):
@@ -100,67 +94,6 @@ def _bag_alone(path: Path, bag: BagContent) -> Iterator[str]:
             yield from (f"{path}: {s.name}: {line}" for line in odd_calibration(s.camera))
 
 
-def _annotations(path: Path, coco: Annotations, models: Mapping[str, ObjectModel]) -> Iterator[str]:
-    missing = sorted({o.image for o in coco.objects if not o.image.is_file()})
-    if missing:
-        yield f"{path}: {len(missing)} of its images are not there, such as {missing[0]}"
-    if not coco.objects and not any(coco.bare.values()):
-        yield f"{path}: holds no annotation with keypoints"
-    any_named = any(_is_named(category, *named) for category in coco.categories for named in models.items())
-    strange, fit = dict[str, str](), False
-    for category in coco.categories if models else ():
-        reasons = []
-        for model in _likeliest_first(models, category):
-            try:
-                coco.of([category]).examples(model)
-                if any(_is_named(category, *named) for named in models.items()) or not any_named:
-                    yield from _identities([o for o in coco.objects if o.category == category], model)
-                fit = True
-                break
-            except ConfigError as error:
-                reasons.append(str(error))
-        else:
-            strange[category] = reasons[0]
-    for category, reason in strange.items():
-        if not fit or any(_is_named(category, *named) for named in models.items()):  # else it is another object's
-            yield f"{path}: category '{category}' is of none of the objects: {reason}"
-
-
-def _likeliest_first(models: Mapping[str, ObjectModel], category: str) -> Iterator[ObjectModel]:
-    """Objects, first those whose name a category is, or begins with: several may have the same keypoints."""
-    order = sorted(models.items(), key=lambda named: _is_named(category, *named), reverse=True)
-    yield from (model for _, model in order)
-
-
-def _is_named(category: str, key: str, model: ObjectModel) -> bool:
-    """Whether a category is, or begins with, an object's name, or is, or ends with, one of its identities.
-
-    :param key: as `_models` has it.
-    """
-    name = key.rpartition(": ")[2] if ": " in key else model.name  # files alone are named by their paths
-    identities = {i.name for i in identities_of(model)}
-    told = category in identities or any(category.endswith(f"_{one}") for one in identities)
-    return told or category == name or category.startswith(f"{name}_")
-
-
-def _identities(annotated: Sequence[AnnotatedObject], model: ObjectModel) -> Iterator[str]:
-    """Whether annotations tell which one of several like objects each is: by an attribute, or their category's end."""
-    names, parts = sorted(i.name for i in identities_of(model)), {c.name for c in model.components if c.classes}
-    silent = []
-    for o in annotated if names else ():
-        called = (name for name in names if o.category == name or o.category.endswith(f"_{name}"))
-        told = o.attributes.get(IDENTITY, next(called, None))
-        if told is None and not parts <= set(o.attributes):
-            silent.append(o)
-        elif told is not None and told not in names:
-            yield unknown_identity(o, model.name, told, names)
-    if silent:
-        yield (
-            f"{silent[0].place}: it is not told which one it is, of {len(silent)} of {len(annotated)} objects: give "
-            f"the attribute identity ({few(names)})"
-        )
-
-
 def _constraints(path: Path, constraints: ConstraintContent, models: Mapping[str, ObjectModel]) -> Iterator[str]:
     named = [m for m in models.values() if m.name == constraints.object]
     if models and not named:
@@ -191,75 +124,7 @@ def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
             yield f"{other}: '{foreign[0]}' is no object of {path} ({', '.join(t.name for t in setup.targets)})"
     calibrated = bool(_all(items, Camera))
     for other, samples in _samples(items):
-        yield from _fit(path, setup, other, samples, calibrated)
-
-
-def _fit(path: Path, setup: Setup, other: Path, samples: Sequence[Sample], calibrated: bool) -> Iterator[str]:
-    """Whether images are of the kind and the classes that parameters speak of, and calibrated where that matters."""
-    wanted = 1 if setup.image.kind == "labels" else 3
-    fitting = [s for s in samples if s.channels == wanted]
-    if samples and not fitting:
-        shown = ", ".join(f"{s.name}: {s.channels or 'no readable'} channel(s)" for s in samples)
-        kind = f"image.kind '{setup.image.kind}' of {path}"
-        way_out = (
-            "" if wanted == 3 else "; of colour images image.kind is colour, and artrec learn-colours finds the classes"
-        )
-        yield f"{other}: no images of {wanted} channel(s), which {kind} needs ({shown}){way_out}"
-    if len(fitting) > 1:
-        names = ", ".join(s.name for s in fitting)
-        yield f"{other}: {len(fitting)} topics fit image.kind '{setup.image.kind}': {names}; choose one with --topic"
-    for sample in fitting:
-        if setup.image.kind == "labels" and sample.lossy:
-            yield f"{_where(other, sample)}: {LOSSY}"
-        yield from _labels(path, setup, other, sample)
-        ways = {t.name: way_of(t, setup.recognizer, calibrated=True) for t in setup.targets if not t.model.is_flat}
-        spatial = [name for name, way in ways.items() if way == SPACE]
-        if sample.camera is None and not calibrated and spatial:
-            reason = sample.camera_problem or "no calibration: name a calibration file beside it"
-            yield f"{_where(other, sample)}: {reason}: no poses in space of {', '.join(spatial)}"
-
-
-def _where(path: Path, sample: Sample) -> str:
-    """The topic of a bag, or the folder, which has one sample of its own name."""
-    return str(path) if sample.name == path.name else f"{path}: {sample.name}"
-
-
-def _labels(path: Path, setup: Setup, other: Path, sample: Sample) -> Iterator[str]:
-    if setup.image.is_uncoloured:
-        return
-    seen: set[int] = set()
-    segmenter = Segmenter(setup.image)
-    where = _where(other, sample)
-    for image in sample.images:
-        try:
-            seen |= set(np.unique(segmenter.labels(image)).tolist())
-        except ImageError as error:
-            yield f"{where}: {error}"
-            return
-    yield from (f"{where}: {line}" for line in nothing_left(setup, sample))
-    for target in setup.targets:
-        for label, what in _expected(target).items():
-            if label not in seen:
-                shown = ", ".join(map(str, sorted(seen)))
-                yield (
-                    f"{where}: no pixel has label {label}, {what} of {path}, in {len(sample.images)} "
-                    f"images looked at (labels there: {shown})"
-                )
-
-
-def _expected(target: Target) -> dict[int, str]:
-    """label -> what has it."""
-    expected: dict[int, str] = {}
-    for c in target.model.components:
-        if c.classes:
-            pass  # any of them will do
-        elif c.label is None:
-            expected.setdefault(target.label, f"that of '{target.name}'")
-        else:
-            expected.setdefault(c.label, f"that of '{target.name}', component '{c.name}'")
-        for label in c.body_labels:
-            expected.setdefault(label, f"that of '{target.name}', the body of '{c.name}'")
-    return expected
+        yield from image_problems(path, setup, other, samples, calibrated)
 
 
 def _calibration(path: Path, camera: Camera, items: Sequence[Item]) -> Iterator[str]:

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from ...core.model.objects import Marker, ObjectModel
+from ...core.model.marker import Marker
+from ...core.model.objects import ObjectModel
 
 _LEAST = 6  # markers: with fewer, chance does as much as rows
 _SHARE = 0.5  # of them that lie where others did, from which on it is told

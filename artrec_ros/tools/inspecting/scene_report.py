@@ -50,12 +50,12 @@ def draw_scene(items: Sequence[Item], output: Path) -> str:
     if not setups or not samples:
         return f"{output}: not drawn: it takes a parameter file with scene.region or scene.plane, and images"
     image, camera = samples[0].images[0], _camera(items, samples[0])
-    picture = scene_picture(image, Scene.of(setups[0][1].recognizer.scene, camera))
+    picture = _scene_picture(image, Scene.of(setups[0][1].recognizer.scene, camera))
     save_drawing(output, picture)
     return f"{output}: the scene of {setups[0][0]} over an image of {samples[0].name}"
 
 
-def scene_picture(image: Image, scene: Scene) -> Picture:
+def _scene_picture(image: Image, scene: Scene) -> Picture:
     """What lies outside of the region darkened; the field's grid with its metres, and its axes at the origin."""
     zoom = enlargement(image)
     base = class_picture(image) if image.ndim == 2 else image

@@ -81,6 +81,10 @@ def order_of(setup: Setup, paths: Sequence[Path], sources: Sources, options: Sou
 
 
 def number(text: str, accept: Callable[[float], bool], what: str) -> float:
+    """An option's finite number. :param what: it would be, for the message.
+
+    :raises ArgumentTypeError: it is none, or not one to accept.
+    """
     try:
         value = float(text)
     except ValueError:
@@ -99,6 +103,7 @@ def rate(text: str) -> float:
 
 
 def jobs(text: str) -> int:
+    """Worker processes; `all`: one for each core. :raises ArgumentTypeError: what it is, and would be."""
     cores = (len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()) or 1
     if text == "all":
         return cores

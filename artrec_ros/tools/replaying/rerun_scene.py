@@ -72,7 +72,7 @@ class Scene:
         for joint, q in d.joints.items():
             yield _plotted("joints", q, d.name, joint)
         if d.pose is not None:
-            yield from self._in_space(d, d.pose, space_of(d))
+            yield from self._in_space(d, d.pose, _space_of(d))
 
     def _in_space(self, d: Detection, pose: Pose, space: list[str]) -> Iterator[Entity]:
         root, colour = [*space, "objects", d.name], self._colour(d.object)
@@ -105,7 +105,7 @@ class Scene:
         return red, green, blue
 
 
-def space_of(d: Detection) -> list[str]:
+def _space_of(d: Detection) -> list[str]:
     """Where poses of this frame lie: the camera's frame is at the root, others beside it."""
     return [d.frame_id] if d.frame_id else []
 

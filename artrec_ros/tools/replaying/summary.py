@@ -35,6 +35,7 @@ class Summary:
     first_reason: str = ""  # of anything that was turned down
 
     def add(self, record: FrameRecord) -> None:
+        """Count one more frame."""
         self.frames += 1
         if record.error is not None:
             self.errors[record.error] += 1

@@ -76,7 +76,7 @@ def _table(examples: Sequence[Example], constraints: ConstraintSet) -> Iterator[
     yield f"{'pair':{width}}  examples  covers        by chance  box"
     for p in constraints.pairs:
         box = "  ".join(_side(name, interval) for name, interval in p.seen.items() if name in p.allowed)
-        covers = f"{p.coverage_seen:4.2f} -> {shown_coverage(p.examples, constraints.coverage):4.2f}"
+        covers = f"{p.coverage_seen:4.2f} -> {_shown_coverage(p.examples, constraints.coverage):4.2f}"
         yield f"{_name(p):{width}}  {p.examples:8d}  {covers}  {p.chance(constraints.reach_m):9.2g}  {box}"
 
 
@@ -88,7 +88,7 @@ def _use(model: ObjectModel) -> Iterator[str]:
         yield "(unless recognizer.whole_object is false, or recognizer.profile is paper)."
 
 
-def shown_coverage(examples: int, aimed: float) -> float:
+def _shown_coverage(examples: int, aimed: float) -> float:
     """The coverage of a box with its margin, as far as the examples show it."""
     return aimed if examples >= examples_wanted(aimed) else min(aimed, examples / (examples + 1))
 
@@ -96,7 +96,7 @@ def shown_coverage(examples: int, aimed: float) -> float:
 def _class_lines(constraints: ConstraintSet) -> Iterator[str]:
     needed = examples_wanted(constraints.coverage)
     for c in constraints.classes:
-        covers = shown_coverage(c.examples, constraints.coverage)
+        covers = _shown_coverage(c.examples, constraints.coverage)
         more = f"; {needed - c.examples} more examples are wanted" if c.examples < needed else ""
         yield f"class '{c.name}': {c.examples} examples; its region covers {covers:4.2f} of new ones{more}"
         for name, joint in c.joints.items():

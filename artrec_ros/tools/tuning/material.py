@@ -35,6 +35,7 @@ class Piece:
 
 
 def pieces_of(sources: Sequence[tuple[str, Source]]) -> list[Piece]:
+    """All frames of some sources, in order, `PART_FRAMES` a piece. :param sources: with their names."""
     pieces, first = [], 0
     for number, (name, source) in enumerate(sources):
         for part in source.parts(PART_FRAMES):

@@ -60,6 +60,7 @@ class Outcome:
         return results_of([self.before, self.after])
 
     def to_dict(self) -> dict[str, Any]:
+        """The content of the report."""
         before, after = self._results()
         return {
             "format": FORMAT,

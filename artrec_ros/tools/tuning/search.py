@@ -148,5 +148,6 @@ class Search:
 
 
 def to_dict(tried: Tried) -> dict[str, Any]:
+    """A trial, for the report; `problem` only where there is one."""
     content = dataclasses.asdict(tried)
     return content if tried.problem else {k: v for k, v in content.items() if k != "problem"}

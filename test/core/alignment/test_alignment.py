@@ -14,7 +14,7 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.range_limits import scale_limits
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.contour_kernels import merge_boxes
-from artrec_ros.core.model.objects import Marker
+from artrec_ros.core.model.marker import Marker
 
 CONFIG = RecognizerConfig()
 SIZE = (220, 180)

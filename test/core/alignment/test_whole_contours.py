@@ -7,7 +7,7 @@ from artrec_ros.core.alignment.shapes import SAMPLES, Shape
 from artrec_ros.core.alignment.whole_contours import WholeContours
 from artrec_ros.core.base.config import RecognizerConfig
 from artrec_ros.core.image.blobs import find_blobs
-from artrec_ros.core.model.objects import Marker
+from artrec_ros.core.model.marker import Marker
 
 CONFIG = RecognizerConfig()
 SIZE = (640, 480)

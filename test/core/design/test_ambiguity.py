@@ -7,7 +7,8 @@ from artrec_ros.core.design import ambiguity
 from artrec_ros.core.design.ambiguity import find_ambiguities, unlikeness
 from artrec_ros.core.design.placement import buried_markers
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Box, Component, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, ObjectModel
 
 FLAG = np.array([[-0.05, -0.02], [0.05, -0.02], [0.05, 0.0], [-0.01, 0.0], [-0.01, 0.03], [-0.05, 0.03]])
 BAR = np.array([[-0.05, -0.01], [0.05, -0.01], [0.05, 0.01], [-0.05, 0.01]])

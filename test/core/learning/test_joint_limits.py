@@ -14,7 +14,7 @@ from artrec_ros.core.learning.marked_views import Figure, Marks
 from artrec_ros.core.learning.size_fit import measure
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 
 SHOWN = np.column_stack([np.linspace(-0.2, 0.2, 9), np.linspace(0.1, 0.5, 9), np.linspace(0.0, 0.3, 9)])

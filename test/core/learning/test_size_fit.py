@@ -13,8 +13,9 @@ from artrec_ros.core.learning.lengths import Lengths
 from artrec_ros.core.learning.marked_views import Eye, Figure, Marks, markers_of
 from artrec_ros.core.learning.size_fit import TooFew, measure
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
+from artrec_ros.core.pose.poses import Poses
 
 FACED = Camera.facing((640, 480))
 

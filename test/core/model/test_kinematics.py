@@ -6,7 +6,8 @@ from solids import chain, random_poses, sign, truck
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.kinematics import Kinematics
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 
 
 def composed(model, base, q):

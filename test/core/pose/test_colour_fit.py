@@ -13,7 +13,8 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.pose.colour_fit import ColourFit
 from artrec_ros.core.pose.pose_fit import fit_poses
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 
 CAMERA, FINE = camera_of(), 4
 INKS = np.array([(120, 125, 130), (35, 40, 190), (150, 60, 30), (225, 220, 215)], np.float32)  # floor, classes

@@ -11,11 +11,12 @@ from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.seeds import Seeds
-from artrec_ros.core.pose.surface_model import Poses
 from artrec_ros.core.recognizer import Recognizer
 
 CAMERA = camera_of((640, 480), 560.0)

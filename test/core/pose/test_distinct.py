@@ -7,7 +7,7 @@ from solids import pose, random_poses, sign, truck
 
 from artrec_ros.core.pose.distinct import apart, best_distinct
 from artrec_ros.core.pose.distinct_kernels import few_of_places
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 
 MODEL, SEARCH = sign(), DEFAULTS.search
 NICHE = SEARCH.niche_rad, SEARCH.niche_range

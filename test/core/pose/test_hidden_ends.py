@@ -14,7 +14,7 @@ from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_rests import likelier_rests
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 
 CAMERA, BLUE = camera_of((640, 480), 600.0), 5
 UPPER, LOWER = rectangle(0.2, 0.04), rectangle(0.14, 0.035, (0.08, 0))

@@ -22,11 +22,13 @@ from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.lookalikes import Lookalikes, turns_alike
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.io.objects.solids import ball_solid
 
 CAMERA = camera_of()

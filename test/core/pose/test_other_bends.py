@@ -16,7 +16,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_bends as module
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_bends import Bends, likelier_bends, other_bends
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer

@@ -12,8 +12,8 @@ from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.ranked import Ranked
-from artrec_ros.core.pose.surface_model import Poses
 
 CAMERA = camera_of((640, 480), 600.0)
 

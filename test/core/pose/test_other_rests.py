@@ -10,7 +10,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_rests import likelier_rests
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 
 CAMERA = camera_of((640, 480), 600.0)
 MODEL = chain()

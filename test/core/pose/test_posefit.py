@@ -38,7 +38,8 @@ from artrec_ros.core.pose.edge_kernels import edge_room
 from artrec_ros.core.pose.edges import edge_terms
 from artrec_ros.core.pose.placed_kernels import Joints, Placed, no_equations
 from artrec_ros.core.pose.pose_fit import contour_fit, fit_poses
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 
 CAMERA, FIT = camera_of(), DEFAULTS.fit
 REACH = (8, 6, 4, 3, 3, 2, 2)

@@ -10,13 +10,14 @@ from solids import RED, camera_of, pose, rectangle, render, truck
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.ranked import Ranked
 from artrec_ros.core.pose.rebends import Rebends
-from artrec_ros.core.pose.surface_model import Poses
 
 CAMERA = camera_of()
 

@@ -14,8 +14,8 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.region_kernels import Regions, bend
-from artrec_ros.core.pose.surface_model import Poses
 
 AT = Placing(72.3, 58.4, 0.7, 330.0, "gv")
 RGB = {0: (60, 60, 62), TEAM: (230, 200, 30), 4: (40, 160, 60), 5: (210, 40, 60), 6: (120, 60, 170)}

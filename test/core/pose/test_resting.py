@@ -16,7 +16,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import resting
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 
 AT = Placing(72.3, 58.4, 0.7, 330.0, "gr", arm=0.3)
 FINDER = WholeObjectFinder(Target("gate", gate(), TEAM), DEFAULTS, facing=True)

@@ -13,8 +13,9 @@ from wedges import DOT, DOTS, dotted
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.seen_alike import SeenAlike
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import SpatialModel
 
 THIRDS = 2 * np.pi * np.arange(3) / 3
 EVEN = {str(n): (0.05 * np.cos(turn), 0.05 * np.sin(turn)) for n, turn in enumerate(THIRDS)}

@@ -20,8 +20,9 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.headings import round_about
 from artrec_ros.core.pose.pose_fit import contour_fit
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.solid_views import solids_of
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.io.objects.solids import box_solid, cylinder_solid

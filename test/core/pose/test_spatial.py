@@ -34,7 +34,8 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.surface import contains
 from artrec_ros.core.pose.pose_fit import contour_fit
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.surface_model import SpatialModel
 
 CAMERA = camera_of((160, 120), 150.0)
 FAR = 1.2  # where all of a marker is seen in one size

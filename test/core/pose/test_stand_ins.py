@@ -14,8 +14,9 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.stand_ins import StandIns
-from artrec_ros.core.pose.surface_model import Poses, SpatialModel
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import share_out
 

@@ -16,7 +16,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.objects.solids import ball_solid
 

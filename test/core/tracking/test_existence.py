@@ -7,7 +7,7 @@ import pytest
 from squares import TEAM, robot
 from test_tracking import PERIOD, START, flat, frame, posed
 
-from artrec_ros.core.base.config import ExistenceConfig, TrackingConfig
+from artrec_ros.core.base.config import ExistenceConfig, RecognizerConfig, TrackingConfig
 from artrec_ros.core.base.deferred import Deferred
 from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace, Rejection
 from artrec_ros.core.model.target import Target
@@ -123,7 +123,7 @@ def test_an_object_put_elsewhere_is_told_at_once():
 def test_scores_of_others_are_left_alone():
     """Profile paper's are no probabilities."""
     seen = [[at(0.0, 0.7)]] * 5 + [[at(0.0, 0.2), at(0.8, 0.3)]]
-    detections = told(seen, in_doubt=False)
+    detections = told(seen, recognizer=RecognizerConfig(memory=False))
     assert [d.score for d in detections[-1]] == [0.2, 0.3] and detections[0][0].id == detections[-1][0].id
 
 
@@ -166,7 +166,8 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
 @pytest.mark.parametrize("step", [0.0, 0.001, 0.002, 0.004, 0.02])
 def test_what_frames_agree_on_is_believed_as_much_as_by_one_however_slowly_it_moves(step):
     seen = [[at(step * k, 0.3)] for k in range(60)]
-    last = [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)], least=0.2)[30:]]
+    how = {"targets": [Target("red", robot(), TEAM)], "recognizer": RecognizerConfig(min_probability=0.2)}
+    last = [d[0].score for d in told(seen, **how)[30:]]
     assert min(last) > 0.28
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_tracking import PERIOD, START, flat, frame
 
-from artrec_ros.core.base.config import SightingsConfig, TrackingConfig
+from artrec_ros.core.base.config import RecognizerConfig, SightingsConfig, TrackingConfig
 from artrec_ros.core.tracking.names import same_by_name
 from artrec_ros.core.tracking.tracker import Tracker
 from artrec_ros.core.verdict.identity import named
@@ -70,7 +70,7 @@ def test_without_memory_each_frame_tells_for_itself():
 def test_of_frames_that_are_judged_each_by_itself_none_names_what_another_shows():
     """Pictures that have nothing to do with each other: who lies where another one did is not that one."""
     one, other = seen((100, (0, -9, -9)), (300, (-9, 0, -9))), seen((102, (-9, -9, 0)), (298, (0, -9, -9)))
-    tracker = Tracker(TrackingConfig(), in_doubt=False)
+    tracker = Tracker(TrackingConfig(), recognizer=RecognizerConfig(memory=False))
     told = [tracker.update(START + k * PERIOD, f).detections for k, f in enumerate([*[one] * 6, other, one])]
     assert [names(d) for d in told[5:]] == [["gr", "gv"], ["vr", "gr"], ["gr", "gv"]]
 

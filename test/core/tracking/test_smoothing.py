@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from test_tracking import COVARIANCE, PERIOD, START, flat, frame, posed
 
-from artrec_ros.core.base.config import TrackingConfig
+from artrec_ros.core.base.config import RecognizerConfig, TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker
 
@@ -204,7 +205,7 @@ def test_a_clock_that_is_set_back_stops_nothing():
 
 
 def test_a_number_that_a_late_frame_gave_is_nobody_elses():
-    tracker = Tracker(TrackingConfig(), in_doubt=False)
+    tracker = Tracker(TrackingConfig(), recognizer=RecognizerConfig(memory=False))
     both = [replace(posed(x), score=0.99) for x in (-0.5, 0.5)]
     for k in range(10):
         tracker.update(START + k * PERIOD, frame(*both))

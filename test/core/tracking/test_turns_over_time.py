@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from test_tracking import COVARIANCE, PERIOD, START, frame, posed
 
-from artrec_ros.core.base.config import TrackingConfig
+from artrec_ros.core.base.config import RecognizerConfig, TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import OtherTurn
 from artrec_ros.core.tracking.tracker import Tracker
@@ -27,8 +27,8 @@ def seen(turn, probability, at=0.0):
     return seen
 
 
-def told(frames, config=None, period=PERIOD, in_doubt=True):
-    tracker = Tracker(config or TrackingConfig(), in_doubt=in_doubt)
+def told(frames, config=None, period=PERIOD, **how):
+    tracker = Tracker(config or TrackingConfig(), **how)
     return [tracker.update(START + k * period, frame(d)).detections[0] for k, d in enumerate(frames)]
 
 
@@ -104,7 +104,9 @@ def test_what_was_long_ago_counts_no_more():
     assert turn_of(told(frames)[-1]) == pytest.approx(RIGHT)
 
 
-@pytest.mark.parametrize("by_itself", [{"config": TrackingConfig(enabled=False)}, {"in_doubt": False}])
+@pytest.mark.parametrize(
+    "by_itself", [{"config": TrackingConfig(enabled=False)}, {"recognizer": RecognizerConfig(memory=False)}]
+)
 def test_no_memory_where_tracking_is_off_or_each_frame_is_judged_by_itself(by_itself):
     out = told([seen(RIGHT, 0.3), seen(WRONG, 0.3)], **by_itself)
     assert [turn_of(d) > 0 for d in out] == [True, False]

@@ -11,7 +11,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import PatchScores, Poses
+from artrec_ros.core.pose.poses import PatchScores, Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.acceptance_curves import CURVES, LIKELY, SURE
 from artrec_ros.core.verdict.claims import Claims, Seen, claims_of

@@ -17,7 +17,8 @@ from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.learning.class_learning import learn_class
 from artrec_ros.core.learning.pair_learning import learn
 from artrec_ros.core.model.found import ClassFit, Detection, ImagePose, Instance
-from artrec_ros.core.model.objects import Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.verdict.classify import Classifier
 

@@ -18,7 +18,7 @@ from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import resting as whole_object
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict import at_rest as resting
 from artrec_ros.core.verdict.acceptance import verdicts_of

@@ -22,7 +22,6 @@ from artrec_ros.core.verdict.left_over import LeftOver, LeftOvers
 
 LIMITS = {"time_budget_ms": 60000.0, "min_scale": 85.0, "max_scale": 118.0}
 CAMERA = Camera.pinhole(SIZE, 600.0)
-ODDS = settings().verdict.left_over_odds
 ANGLES = [(0.9, -0.3, 1.2), (1.3, -1.0, 1.5), (1.6, -0.6, 1.0), (2.0, -1.2, 1.7)]
 
 

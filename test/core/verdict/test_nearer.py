@@ -17,7 +17,7 @@ from artrec_ros.core.model.objects import Box
 from artrec_ros.core.model.surface import INSIDE_POINTS
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.at_rest import at_rest
 from artrec_ros.core.verdict.claims import claims_of, silhouette

@@ -14,7 +14,7 @@ from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.pose.surface_model import Poses
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.voter import Voter
 from artrec_ros.core.verdict import ownership
 from artrec_ros.core.verdict.claims import silhouette

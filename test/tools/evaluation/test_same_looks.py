@@ -7,7 +7,8 @@ import pytest
 
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.model.found import Detection, ImagePose, Instance
-from artrec_ros.core.model.objects import Box, Component, Joint, Marker, ObjectModel
+from artrec_ros.core.model.marker import Marker
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.io.objects.solids import ball_solid, box_solid, cylinder_solid
 from artrec_ros.io.truth.records import TrueComponent, TrueObject
 from artrec_ros.tools.evaluation.metrics import judge_frame

@@ -1,0 +1,56 @@
+"""What else may be true of a detection than what is told, and what that costs the telling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..model.found import Detection, OtherTurn
+from ..pose.other_ways import LEAST_BEND
+
+
+def otherwise(
+    detection: Detection, elsewhere: OtherTurn | None, other: OtherTurn | None, way: OtherTurn | None
+) -> Detection:
+    """A detection with what else may be true of it.
+
+    :param elsewhere: where it may lie as well, which covariance and deviations alone tell. :param other: another turn.
+    :param way: another way to bend it.
+    """
+    if elsewhere is not None:
+        detection = replace(_beside(detection, elsewhere), other_turn=None)
+    return _beside_way(_beside(detection, other), way)
+
+
+def as_it_lies(detection: Detection, share: float) -> Detection:
+    """A detection that would be none turned as its pixels are likelier: it is there, but its name is that of its turns,
+    and its components are others'.
+
+    :param share: how probable it is that it lies as it is told.
+    """
+    if share == 1:
+        return detection
+    parts = tuple(part.rated(part.score * share) for part in detection.components)
+    as_told = detection.as_told * share
+    return replace(detection, score=detection.score * share, as_told=as_told, components=parts)
+
+
+def _beside(detection: Detection, other: OtherTurn | None) -> Detection:
+    """A detection in space, with another pose that may be the true one: its joints are those that are told."""
+    if other is None or detection.pose is None or detection.pose_covariance is None:
+        return detection
+    other = replace(other, joints={name: q for name, q in other.joints.items() if name in detection.joints})
+    return detection.beside(other, other.probability)
+
+
+def _beside_way(detection: Detection, way: OtherTurn | None) -> Detection:
+    """A detection with another way to bend it: in space beside it, as far as none is; of what is found flat as less
+    probable to be as it is told."""
+    if way is None:
+        return detection
+    if detection.pose_covariance is not None:
+        other = _beside(detection, way)
+        return other if detection.other_turn is None else replace(other, other_turn=detection.other_turn)
+    if not any(abs(way.joints[name] - q) > LEAST_BEND for name, q in detection.joints.items()):
+        return detection  # nothing that is told would be otherwise
+    share = 1 - way.probability
+    return replace(detection, score=detection.score * share, as_told=detection.as_told * share)

@@ -1,0 +1,130 @@
+"""`artrec learn-colours` as users call it: what it writes is a parameter file that tells the classes."""
+
+from __future__ import annotations
+
+import json
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from painted import (
+    from_labels,
+    from_regions,
+    learn,
+    picture,
+)
+
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.io.bags.writer import BagWriter
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.sources.opening import SourceOptions, open_sources
+from artrec_ros.tools import colour_samples
+from artrec_ros.tools.main import main
+
+ROOT = Path(__file__).resolve().parents[3]
+
+AIBO = Path(os.environ.get("ARTREC_SHARED", ROOT.parent / "shared")) / "data" / "aibo_lowres"
+
+
+@pytest.mark.parametrize("way", [from_labels, from_regions])
+def test_the_file_beside_the_nodes_own_tells_the_classes_in_the_shade(folder: Path, way, capsys) -> None:
+    assert learn(folder, *way(folder)) == 0
+    setup = load_parameters(folder / "node.yaml", folder / "colours.yaml")
+    assert setup.image.kind == "colour" and setup.image.blank == (0, 0, 2, 2)
+    assert {name: c.label for name, c in setup.image.classes.items()} == {"red": 3, "blue": 2}
+    assert len(setup.image.background) == 3
+    image, labels = picture(light=0.5)
+    assert (Segmenter(setup.image).labels(image) == labels).mean() > 0.995
+    printed = capsys.readouterr().out
+    assert "background: " in printed and f"Wrote {folder / 'colours.yaml'}: 2 classes" in printed
+
+
+def test_images_without_labels_are_passed_over(folder: Path, capsys) -> None:
+    (folder / "labels" / "1.png").unlink()
+    assert learn(folder, *from_labels(folder)) == 0
+    counts = [line.split()[1] for line in capsys.readouterr().out.splitlines() if line.startswith("red ")]
+    assert counts == [str(2 * 18 * 18)]
+
+
+def test_what_a_bag_lacks_is_told_once(folder: Path, capsys) -> None:
+    image, labels = picture()
+    with BagWriter(folder / "bag") as writer:
+        for n in range(40):
+            writer.write_image("/eye/colour", n, "eye", image)
+            writer.write_image("/eye/labels", n, "eye", labels)
+    file = folder / "bag/bag.mcap"
+    file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
+    assert learn(folder, str(folder / "bag")) == 0
+    assert capsys.readouterr().err.count(f"{file}: it ends in the middle") == 1
+
+
+@pytest.mark.parametrize(
+    "arguments, words",
+    [
+        ([], "give either SOURCE"),
+        (["images", "--annotations", "images/regions.json"], "give either SOURCE"),
+        (["images", "--label-images", "labels", "--every", "0"], "--every: 0"),
+        (["images", "--label-images", "images"], "a colour image and a label image of one size"),
+        (["images", "--label-images", "nowhere"], "class 'red': 0 pixels"),
+        (["images"], "images: is no bag; name the folder of its label images with --label-images"),
+    ],
+)
+def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsys, monkeypatch) -> None:
+    monkeypatch.chdir(folder)
+    assert learn(folder, *arguments) == 1
+    error = capsys.readouterr().err
+    assert words in error and error.count("\n") == 1
+    assert not (folder / "colours.yaml").exists()
+
+
+def test_a_class_that_nobody_marked_names_those_that_are_marked(folder: Path, capsys) -> None:
+    regions = str(folder / "images" / "regions.json")
+    assert main(["learn-colours", "--annotations", regions, "--classes", "blu=2", "-o", str(folder / "c.yaml")]) == 1
+    told = capsys.readouterr().err
+    assert "class 'blu': 0 pixels show it, at least" in told and "there are also" in told
+    assert all(name in told.partition("there are also")[2] for name in ("red", "blue", "floor"))
+
+
+def test_reading_shows_how_far_it_is(folder: Path, monkeypatch) -> None:
+    read = []
+    monkeypatch.setattr(colour_samples, "_READ", lambda pairs: (read.append(1) or pair for pair in pairs))
+    assert learn(folder, str(folder / "images"), "--label-images", str(folder / "labels")) == 0
+    assert len(read) == 3
+
+
+@pytest.mark.parametrize(
+    "classes, code, words",
+    [
+        (["red=3", "blue=2", "red=4"], 1, "--classes: red is given twice; a class has one label"),
+        (["background=3"], 2, "'background' is the name of a parameter"),
+        *(([text], 2, "is no NAME=LABEL") for text in ("red", "red=0", "red=300", "3=3", "red=x")),
+    ],
+)
+def test_a_class_is_a_name_and_a_label(folder: Path, classes, code: int, words: str, capsys) -> None:
+    assert main(["learn-colours", *from_regions(folder), "--classes", *classes, "-o", str(folder / "c.yaml")]) == code
+    assert words in capsys.readouterr().err
+
+
+def frames(topic: str) -> dict[int, np.ndarray]:
+    with open_sources([AIBO / "bag"], SourceOptions(topic=topic)) as source:
+        return {f.stamp_ns: f.image for f in source if f.image is not None}
+
+
+@pytest.mark.skipif(not AIBO.is_dir(), reason="the rendered robots are not here")
+def test_the_shipped_colours_find_more_of_the_markers_than_the_recorded_labels() -> None:
+    """At the centres of markers that are wholly in view; the colours were learned from frames 0, 3, 6, ..."""
+    segmenter = Segmenter(load_parameters(ROOT / "config" / "aibo_colour.yaml").image)
+    colours, recorded = frames("/camera/image_color/compressed"), frames("/camera/segmentation")
+    truth = [json.loads(line) for line in (AIBO / "truth.jsonl").read_text().splitlines()]
+    hits = []
+    for frame in (f for i, f in enumerate(truth) if i % 3):
+        own, theirs = segmenter.labels(colours[frame["stamp_ns"]]), recorded[frame["stamp_ns"]]
+        for found in frame["objects"]:
+            for marker in found["components"].values():
+                if marker["full_px"] >= 25 and marker["visible_px"] >= 0.9 * marker["full_px"]:
+                    x, y = np.rint(marker["centre"]).astype(int)
+                    hits.append((own[y, x] == found["team"], theirs[y, x] == found["team"]))
+    ours, recorded_share = np.mean(hits, axis=0)
+    assert len(hits) > 100
+    assert ours > 0.96 and ours > recorded_share + 0.02

@@ -1,0 +1,236 @@
+"""`artrec inspect` as users call it: what it tells of files alone and together."""
+
+import json
+
+import cv2
+import pytest
+import yaml
+from inspections import CONFIG, STAMP, inspect, write_bag, write_truth
+
+from artrec_ros.io.inventory import inventory
+from artrec_ros.tools import getting_ready
+from artrec_ros.tools.main import main
+
+
+def test_markers_that_have_their_bodys_class_are_told(tmp_path, config, capsys):
+    path = config / "excavator.yaml"
+    assert inspect(capsys, path)[2] == []
+    path.write_text(path.read_text().replace("label: 2", "label: 6", 1))
+    problems = inspect(capsys, path)[2]
+    assert any("have the class of its body (6) and cannot be seen on it" in p for p in problems)
+
+
+def test_what_fits_gives_no_problem(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    truth = write_truth(tmp_path / "truth.jsonl")
+    files = [config / p for p in ("excavator.yaml", "objects/excavator.yaml", "constraints/excavator.yaml")]
+    code, printed, problems = inspect(capsys, *files, bag, truth)
+    assert (code, problems) == (0, [])
+    assert "all 5 fit together" in printed
+    for expected in (
+        "3 joints",
+        "40x30, 1 channel, labels 0 2 6",
+        "focal lengths 34.6, 34.6 px",
+        "in space, 24 learned",
+        "2: 1",
+    ):
+        assert expected in printed
+
+
+def test_constraints_of_another_object_are_told(config, capsys):
+    code, _, problems = inspect(capsys, config / "objects/excavator.yaml", config / "constraints/quadruped.yaml")
+    assert code == 1 and len(problems) == 1
+    assert "are of object 'quadruped', but the objects here are 'excavator'" in problems[0]
+    changed = config / "objects/excavator.yaml"
+    changed.write_text(changed.read_text().replace("bucket_left", "bucket_port"))
+    code, _, problems = inspect(capsys, changed, config / "constraints/excavator.yaml")
+    assert code == 1 and "'bucket/bucket_left' is no component/marker" in problems[0]
+
+
+def test_what_takes_long_is_shown(tmp_path, config, capsys, monkeypatch):
+    looked = []
+    monkeypatch.setattr(inventory, "bar", lambda work, desc, **_: looked.append(desc) or work)
+    monkeypatch.setattr(getting_ready, "share_compiled", lambda some: 0.5)
+    truth = write_truth(tmp_path / "truth.jsonl")
+    main(["inspect", str(config / "excavator.yaml"), str(write_bag(tmp_path / "bag")), str(truth)])
+    assert looked == ["looking into", "reading", "reading stamps"]
+    assert "compiling, once on a machine" in capsys.readouterr().err
+
+
+def test_that_a_file_is_not_there_is_said_once(tmp_path, capsys):
+    code, printed, _ = inspect(capsys, tmp_path / "colours.yaml")
+    assert code == 1
+    assert printed == f"problem: {tmp_path / 'colours.yaml'}: there is no such file or folder\n"
+
+
+def test_truth_and_results_must_share_labels_names_and_stamps(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    far = write_truth(tmp_path / "truth.jsonl", label=7, first=STAMP + 5 * 10**9)
+    _, _, problems = inspect(capsys, config / "excavator.yaml", bag, far)
+    assert len(problems) == 2
+    assert "its objects have labels 7" in problems[0]
+    assert "the nearest two are 4.8 s apart" in problems[1]
+    detection = {"object": "red", "id": 0, "score": 1, "image": {"x": 0, "y": 0, "theta": 0, "scale": 1}, "pose": None}
+    line = {
+        "stamp_ns": STAMP,
+        "frame": "f",
+        "size": [40, 30],
+        "objects": [detection | {"joints": {}, "components": []}],
+    }
+    (tmp_path / "detections.jsonl").write_text(json.dumps(line) + "\n")
+    _, printed, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "detections.jsonl")
+    assert "objects found: red: 1" in printed
+    assert len(problems) == 1 and "'red' is no object of" in problems[0]
+
+
+def test_an_object_that_the_parameters_do_not_use_is_told(config, capsys):
+    code, _, problems = inspect(capsys, config / "excavator.yaml", config / "objects/vss.yaml")
+    assert code == 1 and "object 'vss' is none of" in problems[0]
+
+
+def test_components_that_nothing_puts_together_are_told(config, capsys):
+    text = (config / "vss.yaml").read_text()
+    lines = [line for line in text.splitlines() if "constraint_file" not in line]
+    (config / "vss.yaml").write_text("\n".join(lines))
+    code, _, problems = inspect(capsys, config / "vss.yaml")
+    assert code == 1 and "has no constraint_file" in problems[0]
+
+
+def test_folders_are_looked_into(tmp_path, capsys):
+    assert main(["simulate", str(CONFIG / "objects/excavator.yaml"), "-o", str(tmp_path / "s"), "--frames", "2"]) == 0
+    code, printed, problems = inspect(capsys, tmp_path / "s")
+    assert (code, problems) == (0, [])
+    for kind in ("bag, ", "annotations, ", "truth, "):
+        assert kind in printed
+    code, printed, _ = inspect(capsys, tmp_path / "s/images")
+    assert code == 0 and "images, 2 files, 320x240, 1 channel" in printed and "passed over" not in printed
+    (tmp_path / "s/images/0002.TIF").touch()
+    code, printed, _ = inspect(capsys, tmp_path / "s/images")
+    assert code == 0 and "passed over: 1 .tif" in printed
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "message"),
+    [
+        ("none.yaml", None, "there is no such file"),
+        ("a.txt", "x", "'.txt' is no kind of file"),
+        ("a.yaml", "x: 1", "neither an object, constraints"),
+        ("a.yaml", "format: artrec_object/9", "this release reads version 1"),
+        ("a.yaml", "x: [", "expected"),
+        ("a.yaml", "name: x\nmarkers: {}\ncomponents: {}", "must begin with 'format: artrec_object/1'"),
+        ("a.yaml", "object: x\ncoverage: 1\npairs: []", "must begin with 'format: artrec_constraints/1'"),
+        ("a.yaml", "objects: [red]", "no parameters found; they stand under '/**:' and 'ros__parameters:'"),
+        ("a.json", "{", "no valid JSON"),
+        ("a.jsonl", "{}", "line 1: stamp_ns: this key is missing"),
+        ("a.mcap", "no bag", "nothing could be read"),
+        ("a.png", "no picture", "neither PNG, JPEG, WebP, BMP nor GIF"),
+    ],
+)
+def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):
+    if text is not None:
+        (tmp_path / name).write_text(text)
+    code, _, problems = inspect(capsys, tmp_path / name)
+    assert code == 1 and len(problems) == 1
+    assert str(tmp_path / name) in problems[0] and message in problems[0]
+
+
+def test_an_empty_folder_is_told(tmp_path, capsys):
+    code, _, problems = inspect(capsys, tmp_path)
+    assert code == 1 and "neither a bag, nor images" in problems[0]
+
+
+def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, config, capsys):
+    (tmp_path / "more.yaml").write_text(
+        "/**: {ros__parameters: {image: {kind: colour, classes: [red], red: {label: 2, hue: [345, 15]}}}}"
+    )
+    code, printed, problems = inspect(capsys, config / "excavator.yaml", tmp_path / "more.yaml")
+    assert (code, problems) == (0, []), printed
+    assert "image.kind 'colour'" in printed and "without objects, to be read after others: image.kind" in printed
+    assert inspect(capsys, tmp_path / "more.yaml")[0] == 0
+
+
+def test_reports_of_artrec_are_told(tmp_path, config, capsys):
+    bag = write_bag(tmp_path / "bag")
+    truth = write_truth(tmp_path / "truth.jsonl")
+    for name in ("a", "b"):
+        command = ["replay", bag, "--params-file", config / "excavator.yaml", "-o", tmp_path / name, "--no-video"]
+        assert main([*map(str, command), "--images", "none"]) == 0
+    evaluate = ["evaluate", tmp_path / "a", tmp_path / "b", "--truth", truth, "--no-page"]
+    assert main(list(map(str, evaluate))) == 0
+    capsys.readouterr()
+    told = {
+        "summary.json": ("the summary of a replay", "3 frames, 0 of them unusable; objects found: none"),
+        "replay.json": ("the plan of a replay", "objects: excavator", str(bag)),
+        "metrics.json": ("the metrics of an evaluation", "1 frames, 0 objects, 0 found"),
+        "comparison.json": ("the comparison of an evaluation", f"run: {tmp_path / 'b'}; truth: {truth}"),
+    }
+    for name, expected in told.items():
+        code, printed, problems = inspect(capsys, tmp_path / "a" / name)
+        assert (code, problems) == (0, [])
+        for part in expected:
+            assert part in printed
+    (tmp_path / "summary.json").write_text('{"looked_for": {}, "frames_with_error": 1}')
+    assert (
+        "is the summary of a replay, but damaged: sources: this key is missing"
+        in inspect(capsys, tmp_path / "summary.json")[2][0]
+    )
+    code, printed, _ = inspect(capsys, tmp_path / "a")  # the folder, with all that lies in it
+    assert all(what in printed for what, *_ in told.values())
+
+
+def test_drawings_and_urdfs_are_told(tmp_path, capsys):
+    (tmp_path / "a.svg").write_text(
+        '<svg xmlns="http://www.w3.org/2000/svg" width="100mm" height="100mm" viewBox="0 0 100 100">'
+        '<g id="base"><rect id="plate" x="10" y="10" width="40" height="20"/></g></svg>'
+    )
+    (tmp_path / "a.urdf").write_text(
+        '<robot name="arm"><link name="base"/><link name="boom"/><joint name="lift" type="revolute">'
+        '<parent link="base"/><child link="boom"/></joint></robot>'
+    )
+    code, printed, _ = inspect(capsys, tmp_path / "a.svg")
+    assert code == 0 and "base: plate (40.0 x 20.0 mm)" in printed
+    code, printed, _ = inspect(capsys, tmp_path / "a.urdf")
+    assert code == 0 and "the URDF of 'arm'" in printed and "2 links: base, boom" in printed
+    assert "1 joints, 1 of them moving: lift revolute" in printed
+
+
+def test_objects_that_cannot_be_found_are_told(tmp_path, config, capsys):
+    params = yaml.safe_load((config / "excavator.yaml").read_text())
+    del params["/**"]["ros__parameters"]["excavator"]["constraint_file"]
+    (config / "excavator.yaml").write_text(yaml.safe_dump(params))
+    assert inspect(capsys, config / "excavator.yaml")[0] == 0  # in space
+    code, _, problems = inspect(capsys, config / "excavator.yaml", write_bag(tmp_path / "bag", camera=None))
+    assert code == 1 and any("excavator: will not be found: it has no constraint_file" in p for p in problems)
+
+
+SCENE = {
+    "region": [0.0, 0.0, 20.0, 0.0, 20.0, 30.0, 0.0, 30.0],
+    "plane": {
+        "image_points": [5.0, 25.0, 35.0, 25.0, 35.0, 5.0, 5.0, 5.0, 20.0, 15.0],
+        "field_points": [0.0, 0.0, 0.3, 0.0, 0.3, 0.2, 0.0, 0.2, 0.15, 0.1],
+    },
+    "floor": {"camera_height_m": 0.5, "object_height_m": 0.2},
+}
+
+
+def test_the_scene_is_told_and_drawn(tmp_path, config, capsys):
+    bag, picture = write_bag(tmp_path / "bag"), tmp_path / "scene.png"
+    scene = config / "scene.yaml"
+    scene.write_text(yaml.safe_dump({"/**": {"ros__parameters": {"scene": SCENE}}}))
+    code, printed, _ = inspect(capsys, config / "excavator.yaml", scene, bag, "--scene", picture)
+    assert "scene: region of 4 corners, 50% of the image" in printed
+    assert "plane by 5 points, frame 'field', 100 to 100 px/m, a pixel is 10 mm" in printed
+    assert "the points lie" in printed and "blobs of the objects' classes lie in the region" in printed
+    assert "floor 0.5 m below the camera" in printed and "frames 0.1 to 0.3 m above it" in printed
+    drawn = cv2.imread(str(picture))
+    assert drawn.shape[1] >= 600
+    halves = drawn[:, : drawn.shape[1] // 2].mean(), drawn[:, drawn.shape[1] // 2 :].mean()
+    assert halves[0] > 1.5 * halves[1]  # what lies outside is dark
+
+
+def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):
+    code, printed, _ = inspect(
+        capsys, config / "excavator.yaml", write_bag(tmp_path / "bag"), "--scene", tmp_path / "s.png"
+    )
+    assert "not drawn: it takes a parameter file with scene.region or scene.plane, and images" in printed
+    assert not (tmp_path / "s.png").exists()

@@ -1,0 +1,115 @@
+"""`artrec model --marks`: an object file measured in marked pictures."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+from model_runs import OBJECTS, ONE_MARKER, QUADRUPED, run
+
+from artrec_ros.core.base.errors import ConfigError
+from artrec_ros.io.objects.object_reader import load_object
+
+JOINTED = """
+format: artrec_object/1
+name: jointed
+classes: {red: 7}
+markers:
+  bar: {outline: [[0, -0.01], [0.1, -0.01], [0.1, 0.01], [0, 0.01]], axis: [[0, 0], [0.1, 0]]}
+  rod: {outline: [[0, -0.01], [ROD, -0.01], [ROD, 0.01], [0, 0.01]], axis: [[0, 0], [ROD, 0]]}
+components:
+  base:
+    required: true
+    markers: {bar: {pose: {}}}
+    body: {label: green, boxes: [{xyz: [0, 0, -0.01], size: [0.1, 0.1, 0.01]}]}
+  arm:
+    label: red
+    markers: {rod: {pose: {}}}
+    joint: {parent: base, origin: {xyz: [0.1, 0, 0]}, axis: [0, 0, 1], limits: [-2, 2]}
+"""
+
+
+def marked(folder, count=12, swapped=()):
+    """Marks of that object with a rod of 0.08 m, at 1000 pixels a metre, in `count` pictures."""
+    rows = []
+    for n in range(count):
+        turn, bend = np.array([0.5, 0.3]) * n + 0.1, 1.5 * math.sin(2.0 * n)
+        at = np.array([200.0, 150.0])
+        along = [np.array([math.cos(a), -math.sin(a)]) for a in (turn[0], turn[0] + bend)]
+        end = at + 100 * along[0]
+        points = [at, end, end, end + 80 * along[1]]
+        if n in swapped:
+            points[2:] = points[:1:-1]
+        rows.append({"image_id": n, "category_id": 1, "keypoints": [float(v) for p in points for v in (*p, 2)]})
+    keypoints = ["base/bar.tail", "base/bar.head", "arm/rod.tail", "arm/rod.head"]
+    other = {"id": 2, "name": "other", "keypoints": ["wheel/disc.tail", "wheel/disc.head"]}
+    coco = {
+        "images": [{"id": n, "file_name": f"{n}.png"} for n in range(count)],
+        "annotations": rows,
+        "categories": [{"id": 1, "name": "jointed", "keypoints": keypoints}, other],
+    }
+    (folder / "marks.json").write_text(json.dumps(coco))
+    (folder / "jointed.yaml").write_text(JOINTED.replace("ROD", "0.07"))
+    return folder / "jointed.yaml", folder / "marks.json"
+
+
+def test_marked_pictures_measure_an_object_file(tmp_path, capsys):
+    source, marks = marked(tmp_path, swapped=[5])
+    assert run(source, "--marks", marks, "-o", tmp_path / "measured.yaml") == 0
+    told = capsys.readouterr()
+    assert "Measuring 'jointed' in 12 marked objects" in told.err
+    assert "All sizes are beside base/bar's, which stays." in told.out
+    assert "moved, % of object" in told.out and " mm" not in told.out and "With a camera" not in told.out
+    assert "Limits of joints stay" in told.out
+    row = next(line for line in told.out.splitlines() if line.startswith("  arm/rod"))
+    assert float(row.split()[2]) == pytest.approx(8 / 7, abs=0.01)
+    assert any("annotations[5]" in line and "tail and head" in line for line in told.out.splitlines())
+    made = load_object(tmp_path / "measured.yaml", {"green": 4})
+    assert made.component("arm").markers[0].head[0] == pytest.approx(0.08, abs=5e-4)
+    assert (made.component("arm").label, made.component("base").body_label) == (7, 4)  # by name, as they were given
+    assert "label: green" in (tmp_path / "measured.yaml").read_text()
+
+
+def test_an_object_file_with_which_marks_agree_stays(tmp_path, capsys):
+    source, marks = marked(tmp_path)
+    source.write_text(JOINTED.replace("ROD", "0.08"))
+    assert run(source, "--marks", marks, "-o", tmp_path / "same.yaml") == 0
+    told = capsys.readouterr().out
+    assert "holds as it is" in told and "warning: joint" not in told
+    assert load_object(tmp_path / "same.yaml").component("arm").markers[0].head[0] == pytest.approx(0.08)
+
+
+def test_limits_that_hold_less_than_marks_show_are_widened(tmp_path, capsys):
+    source, marks = marked(tmp_path)
+    source.write_text(JOINTED.replace("ROD", "0.07").replace("[-2, 2]", "[-2, 1.3]"))  # bends go to 1.49
+    assert run(source, "--marks", marks, "-o", tmp_path / "wider.yaml") == 0
+    (told,) = (line for line in capsys.readouterr().out.splitlines() if line.startswith("  arm: "))
+    assert "limits -2.000..1.300 become " in told and "annotations[7] (7.png)" in told
+    joint = load_object(tmp_path / "wider.yaml").component("arm").joint
+    assert joint.lower == pytest.approx(-2.0, abs=0.02) and joint.upper == pytest.approx(1.49, abs=0.01)
+
+
+def test_marks_that_measure_nothing_are_refused_with_the_reason(tmp_path):
+    source, marks = marked(tmp_path, count=3)
+    with pytest.raises(ConfigError, match="3 marked objects, of which 3 show .* of 3 looked at 3 lie .*; 4 such"):
+        run(source, "--marks", marks)
+    coco = json.loads(marked(tmp_path, count=5)[1].read_text())
+    for row in coco["annotations"][1:4]:  # rods far from their joints
+        row["keypoints"][6] += 150
+        row["keypoints"][9] += 150
+    coco["annotations"][0]["keypoints"][6:] = [0] * 6
+    marks.write_text(json.dumps(coco))
+    said = r"5 marked objects, of which 4 show two .*; of 4 looked at 1 lie about.*; 4 such.* ends lie \d+ px off \("
+    with pytest.raises(ConfigError, match=said):
+        run(source, "--marks", marks)
+    (tmp_path / "one.yaml").write_text(ONE_MARKER)
+    with pytest.raises(ConfigError, match="'sign' has one marker"):
+        run(tmp_path / "one.yaml", "--marks", marks)
+    with pytest.raises(ConfigError, match=r"'quadruped' is not flat.*--camera-info"):
+        run(QUADRUPED, "--marks", marks)
+    with pytest.raises(ConfigError, match="link of 'pendulum' has no pose"):
+        run(OBJECTS / "pendulum.yaml", "--marks", marks)
+    with pytest.raises(ConfigError, match="keypoint 'base/bar.tail'"):
+        run(OBJECTS / "mirosot.yaml", "--marks", marks)
+    with pytest.raises(ConfigError, match="measures what an object file has"):
+        run(tmp_path / "drawing.svg", "--marks", marks)

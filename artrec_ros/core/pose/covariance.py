@@ -33,8 +33,9 @@ from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
+from .poses import Poses
 from .restarts import scatter
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 _LEAST_DEPTH_M = 0.05  # of a share that is to be more than nothing
 

@@ -14,11 +14,13 @@ from ..geometry.range_limits import ScaleLimits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
-from ..model.objects import Marker, ObjectModel
+from ..model.marker import Marker
+from ..model.objects import ObjectModel
 from .bends import Bends
 from .grid_kernels import Grid, best_on_grid
 from .pose_fit import fit_component
-from .surface_model import Poses, SpatialModel
+from .poses import Poses
+from .surface_model import SpatialModel
 from .view_bank import ViewBank
 from .views import FACING, view_bank
 

@@ -18,8 +18,9 @@ from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.objects import ObjectModel
 from .facing_guesses import FacingGuesser
+from .poses import Poses
 from .ranked import first_of_each
-from .surface_model import Poses, SpatialModel
+from .surface_model import SpatialModel
 
 
 class FacingLimbs:

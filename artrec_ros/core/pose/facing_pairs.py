@@ -17,12 +17,12 @@ from ..geometry.range_limits import ScaleLimits
 from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
-from ..model.objects import Marker
+from ..model.marker import Marker
 from .facing_guesses import FacingGuesser
 from .finder import WholeObjectFinder
 from .guesses import is_small
+from .poses import Poses
 from .ranked import first_of_each
-from .surface_model import Poses
 
 _AT_ONCE = 16  # blobs between two looks at the clock
 _MOST = 128  # pairs of one blob that are looked at: bounds the time in crowds, where few are right

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from ..geometry.camera import Camera
 from ..geometry.transforms import Array
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
+from ..pose.poses import Poses
 from .claims import corners_of
 
 _ROUNDED_PX = 1.0  # a pixel that is looked up, and one that an owner's silhouette fills, are rounded

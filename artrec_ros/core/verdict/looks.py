@@ -16,8 +16,8 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
-from ..pose.surface_model import Poses
-from .acceptance import Verdicts
+from ..pose.poses import Poses
+from .verdicts import Verdicts
 
 
 class Owner(NamedTuple):

@@ -10,6 +10,7 @@ from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing
+from ..pose.along_joints import AlongJoints
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.other_ways import OtherWays
@@ -25,7 +26,7 @@ from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_places import beside_other_places
-from .otherwise import as_it_lies, otherwise
+from .otherwise import as_it_lies, bent_otherwise, otherwise
 from .parts import part_probabilities
 from .verdicts import Verdict
 
@@ -39,6 +40,7 @@ class Describer:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
+        self._along_joints = AlongJoints(finder)
         self._chances = Chances(finder) if finder.facing else None
 
     def without_surplus(
@@ -114,6 +116,8 @@ class Describer:
         ways = self._other_ways.of(shows, poses, seen, rest.used)
         each = zip(detections, rest.elsewhere, rest.others, ways, strict=True)
         detections = [otherwise(*one) for one in each]
+        bends = self._along_joints.of(shows, poses, seen)
+        detections = [bent_otherwise(d, bent) for d, bent in zip(detections, bends, strict=True)]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
         if layouts is None:
             return detections

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numpy as np
+
 from ..model.found import Detection, OtherTurn
+from ..pose.along_joints import Bent
 from ..pose.other_ways import LEAST_BEND
 
 
@@ -32,6 +35,18 @@ def as_it_lies(detection: Detection, share: float) -> Detection:
     parts = tuple(part.rated(part.score * share) for part in detection.components)
     as_told = detection.as_told * share
     return replace(detection, score=detection.score * share, as_told=as_told, components=parts)
+
+
+def bent_otherwise(detection: Detection, bent: Bent) -> Detection:
+    """A detection of which a joint may be elsewhere: so may be the components that it carries."""
+    if not bent.stays:
+        return detection
+    parts = tuple(part.rated(part.score * bent.stays.get(part.component, 1.0)) for part in detection.components)
+    deviations = {
+        name: float(np.sqrt(deviation**2 + bent.variance.get(name, 0.0)))
+        for name, deviation in detection.joint_deviations.items()
+    }
+    return replace(detection, components=parts, joint_deviations=deviations)
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

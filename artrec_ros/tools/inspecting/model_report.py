@@ -17,6 +17,7 @@ from .oddities import hardly_meant
 from .rows import in_rows
 from .shared_classes import shared_classes
 from .structure import shortened, structure
+from .turned_identities import turned_identities
 from .whole_turns import whole_turns
 
 Key = tuple[str, str]
@@ -81,6 +82,11 @@ def counted(number: int, noun: str) -> str:
     return f"{number} {noun}{'' if number == 1 else 's'}"
 
 
+def _unsure(model: ObjectModel) -> Iterator[str]:
+    """What some will be taken for it, or for which of its identities."""
+    return chain(shared_classes(model), in_rows(model), turned_identities(model))
+
+
 def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) -> list[str]:
     """One line for everything that will be ambiguous, hidden or too small: 'warning: ...', then 'note: ...'.
 
@@ -88,7 +94,7 @@ def advice(found: Ambiguities, camera: Camera | None, distance_m: float | None) 
     """
     lines = [
         *(f"warning: {line}" for line in hardly_meant(found.model, 0)),
-        *(f"warning: {line}" for line in chain(shared_classes(found.model), in_rows(found.model))),
+        *(f"warning: {line}" for line in _unsure(found.model)),
         *whole_turns(found.model),
         *_own_turns(found),
         *_same(found),

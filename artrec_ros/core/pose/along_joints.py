@@ -21,6 +21,8 @@ from .poses import Poses
 from .surface_model import SpatialModel
 from .turn_evidence import turn_odds
 
+_FACES = 0.5  # cosine between the directions that like markers face: one on the other side of a limb is seen when this is not
+
 
 class Bent(NamedTuple):
     """How sure it is that an object is bent as it is told.
@@ -112,11 +114,16 @@ def _steps(surface: SpatialModel, j: int) -> _Steps:
     like &= (area / area[:, None] > LIKE[0]) & (area / area[:, None] < LIKE[1]) & ~np.eye(len(labels), dtype=bool)
     frames = kin.in_object(kin.middle[None])
     at = surface.place(frames, surface.centre[patches], component[markers])[0] - frames.origin[0, j]
-    near, axis = OFF * np.sqrt(area), frames.axis[0, j]
-    tried, found = [_between(axis, at[n], at[m], bool(kin.revolute[j])) for n, m in np.argwhere(like)], list[float]()
+    near, axis, turns = OFF * np.sqrt(area), frames.axis[0, j], bool(kin.revolute[j])
+    normal = np.array(
+        [frames.R[0, component[m]] @ surface.patches[p].normal for m, p in zip(markers, patches, strict=True)]
+    )
+    tried, found = [_between(axis, at[n], at[m], turns) for n, m in np.argwhere(like)], list[float]()
     on = list[NDArray[np.bool_]]()
     for by in sorted(tried):
-        lies = like & (np.linalg.norm(_moved(axis, at, by, bool(kin.revolute[j]))[:, None] - at, axis=2) < near)
+        moved, faces = _moved(axis, at, by, turns), _moved(axis, normal, by, True) if turns else normal
+        lies = like & (np.linalg.norm(moved[:, None] - at, axis=2) < near) & (faces @ normal.T > _FACES)
+        lies[np.linalg.norm(moved - at, axis=1) < near] = False  # it is where it was
         again = any(np.array_equal(lies, other) for other in on)
         if lies.any() and not lies.any(axis=1).all() and not again:
             found.append(by)

@@ -21,7 +21,7 @@ from .poses import Poses
 from .surface_model import SpatialModel
 from .turn_evidence import turn_odds
 
-_FACES = 0.5  # cosine between the directions that like markers face: one on the other side of a limb is seen when this is not
+_FACES = 0.5  # cosine between the ways that like markers face: of one on a limb's other side nothing is seen here
 
 
 class Bent(NamedTuple):
@@ -115,9 +115,7 @@ def _steps(surface: SpatialModel, j: int) -> _Steps:
     frames = kin.in_object(kin.middle[None])
     at = surface.place(frames, surface.centre[patches], component[markers])[0] - frames.origin[0, j]
     near, axis, turns = OFF * np.sqrt(area), frames.axis[0, j], bool(kin.revolute[j])
-    normal = np.array(
-        [frames.R[0, component[m]] @ surface.patches[p].normal for m, p in zip(markers, patches, strict=True)]
-    )
+    normal = (frames.R[0, component[markers]] @ surface.normal[patches][..., None])[..., 0]
     tried, found = [_between(axis, at[n], at[m], turns) for n, m in np.argwhere(like)], list[float]()
     on = list[NDArray[np.bool_]]()
     for by in sorted(tried):

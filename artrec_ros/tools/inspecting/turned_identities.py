@@ -30,8 +30,8 @@ def turned_identities(model: ObjectModel) -> Iterator[str]:
                 if other != name and turned == theirs and frozenset((name, other)) not in told:
                     told.add(frozenset((name, other)))
                     yield (
-                        f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees: nothing tells which of the two "
-                        "it is; list one of them"
+                        f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees: nothing tells which of the "
+                        "two it is; list one of them"
                     )
 
 

@@ -1,4 +1,5 @@
 """Looks at blobs that nothing sure explains, a few together: for objects whose markers lie too far apart for others.
+Of what two blobs show at all blobs besides.
 
 What comes of it is a candidate beside what was found: the pixels are shared out anew, and the one with more votes
 stands.
@@ -38,8 +39,8 @@ class ThreePointLooks:
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
     ) -> dict[WholeObjectFinder, Poses]:
         """Poses that may be objects, on blobs that sure ones leave; of what two blobs show, of which none is known from
-        frames before, on all blobs. Both its parts may have been found on one of them, one behind the other: that has
-        all of its pixels, and the other one's place is where nobody sees it.
+        frames before, on all blobs besides. Both its parts may have been found on one of them, one behind the other:
+        that has all of its pixels, and the other one's place is where nobody sees it.
 
         :param blobs: of the frame. :param recall: what earlier frames say of it: one of the blobs is new, or its turn
             has come.
@@ -49,15 +50,17 @@ class ThreePointLooks:
             mine = [b for b in blobs if b.label in three.labels]
             if len(mine) < three.least or frame.deadline.expired or recall.patience.is_late:
                 continue
-            look = frame
-            if three.least > _TWO or recall.known(finder.target.name):
-                sure = [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt]
-                look = left_by(frame, sure)
-                mine = list(compress(mine, unexplained(look, mine, finder.config.search.explained)))
-            asked = ~recall.waits(finder.target.name, mine)
-            if asked.any():
-                found = self._climbed(finder, look, three.of(look, mine, asked))
-                out |= {finder: found} if len(found) else {}
+            left = left_by(frame, [v.claim for v in accepted if v.probability > finder.config.search.beyond_doubt])
+            looks = [(left, list(compress(mine, unexplained(left, mine, finder.config.search.explained))))]
+            if three.least == _TWO and len(looks[0][1]) < len(mine) and not recall.known(finder.target.name):
+                looks.append((frame, mine))
+            asked = [~recall.waits(finder.target.name, of) for _, of in looks]
+            found = [
+                self._climbed(finder, look, three.of(look, of, yes))
+                for (look, of), yes in zip(looks, asked, strict=True)
+                if yes.any()
+            ]
+            out |= {finder: Poses.concatenate(found)} if any(map(len, found)) else {}
         return out
 
     def _climbed(self, finder: WholeObjectFinder, frame: ImageFrame, by_blobs: Sequence[Poses]) -> Poses:

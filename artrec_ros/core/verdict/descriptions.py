@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
@@ -78,13 +78,13 @@ class Describer:
         if not verdicts:
             return []
         finder, surface, judged = self.finder, self.finder.surface, dict[Verdict, Parts]()
-        verdicts, among = self._right_way_round(verdicts, frame, among, judged)
+        verdicts, among, refused = self._right_way_round(verdicts, frame, among, judged)
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
         anew = {id(verdict): again for verdict, again in zip(verdicts, rest.verdicts, strict=True)}
         among = [anew.get(id(v), v) for v in among]
-        rest = rest.of(first)
+        rest, found = rest.of(first), [verdicts[n] for n in first]
         poses, verdicts = rest.poses, rest.verdicts
         parts_of = self._parts(verdicts, poses, frame, judged)
         told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
@@ -122,7 +122,8 @@ class Describer:
         if layouts is None:
             return detections
         names = self._identifier.numbers(identities)
-        detections = [as_it_lies(d, p) for d, p in zip(detections, layouts.as_told(names).tolist(), strict=True)]
+        lies = zip(detections, layouts.as_told(names).tolist(), (id(v) in refused for v in found), strict=True)
+        detections = [as_it_lies(d, p) if otherwise_none else d for d, p, otherwise_none in lies]
         if not layouts.by_seen.any():
             return detections
         return beside_other_places(finder, frame.camera, layouts, names, detections)
@@ -133,14 +134,17 @@ class Describer:
 
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict], judged: dict[Verdict, Parts]
-    ) -> tuple[Sequence[Verdict], Sequence[Verdict]]:
+    ) -> tuple[Sequence[Verdict], Sequence[Verdict], Collection[int]]:
         """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
-        object so: what all are called together may tell that, too. :param judged: as of `_as_judged`."""
+        object so: what all are called together may tell that, too; and `id` of those that are none so.
+
+        :param judged: as of `_as_judged`.
+        """
         if not self.finder.facing:
-            return verdicts, among
+            return verdicts, among, ()
         told = self._told(_as_judged(verdicts, judged))
         if not self.finder.exchanges and not self._may_be_others(self._seen(verdicts, told)):
-            return verdicts, among
+            return verdicts, among, ()
         poses = at_rest(self.finder, verdicts, among, frame).poses
         seen = self._seen(verdicts, self._told(self._parts(verdicts, poses, frame, judged)))
         layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts], seen)
@@ -148,7 +152,8 @@ class Describer:
         poses, changed = layouts.likelier(names)
         turned = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
         anew = {key: v for key, v in turned.items() if self._judge.reason(v) is None}
-        return [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
+        both = [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
+        return *both, turned.keys() - anew.keys()
 
     def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:
         """One that was judged elsewhere."""

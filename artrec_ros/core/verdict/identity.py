@@ -81,9 +81,10 @@ class Identifier:
         Of more objects than `may_be_surplus` allows.
 
         :param told: as of `identify`. :param probability, votes: (H,) of each object, as if it were the only one. There
-            is the more clutter the smaller it is, so of rivals who explains more is likelier, by as much.
+            is the more clutter the smaller it is: of rivals who explains more is likelier, as far as that goes.
         """
-        odds = logit(np.clip(probability, _LEAST, 1 - _LEAST)) + np.log(np.maximum(votes, 1.0) / max(votes.max(), 1.0))
+        by_size = np.log(np.maximum(votes, 1.0) / max(votes.max(), 1.0))
+        odds = logit(np.clip(probability, _LEAST, 1 - _LEAST)) + np.maximum(by_size, -self._config.verdict.most_by_size)
         evidence = np.zeros((len(poses), 1))
         if self.identities:
             evidence = self._shown(Layouts.around(self._finder, frame, poses), told)[1]

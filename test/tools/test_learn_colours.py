@@ -20,7 +20,7 @@ from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 from artrec_ros.tools import colour_samples
-from artrec_ros.tools.colour_report import report
+from artrec_ros.tools.colour_report import report, scale_limits, scale_line
 from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -473,7 +473,8 @@ def test_the_scale_of_what_was_marked_is_told_with_limits(robots: Path, capsys) 
     (line,) = [text for text in capsys.readouterr().out.splitlines() if text.startswith("scale: ")]
     scale = 16 / 0.2
     told = [float(number) for number in re.findall(r"[0-9.]+(?= |$)", line)]
-    assert told == pytest.approx([scale, scale, scale / 1.25, scale * 1.25], rel=1e-3)
+    count, wider = told.pop(2), 1.25 * 2 ** (1 / 6)
+    assert count == 6 and told == pytest.approx([scale, scale, scale / wider, scale * wider], rel=1e-3)
 
 
 def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Path) -> None:
@@ -566,3 +567,19 @@ def test_outlines_that_are_too_small_are_told_with_how_much(robots: Path, capsys
 def test_outlines_that_end_where_the_paint_does_are_not_told_too_small(robots: Path, capsys) -> None:
     assert learn_robots(robots) == 0
     assert "goes on for" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("scales", "low", "high", "said"),
+    [
+        ([600.0], 240.0, 1500.0, "rests on 1 object (mark nearer and farther ones); much wider"),
+        ([600.0, 600.0], 600 / 1.25 / 2**0.5, 600 * 1.25 * 2**0.5, "rests on 2 objects"),
+        ([300.0, 600.0], 120.0, 1500.0, "rests on 2 objects"),
+        ([500.0] * 9 + [600.0], 400.0, 750.0, "where marked; a quarter wider"),
+    ],
+)
+def test_limits_of_the_scale_are_the_wider_the_fewer_objects_they_rest_on(
+    scales: list[float], low: float, high: float, said: str
+) -> None:
+    assert scale_limits(np.array(scales)) == pytest.approx((low, high))
+    assert said in scale_line(np.array(scales))

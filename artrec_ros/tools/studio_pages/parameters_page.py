@@ -46,6 +46,7 @@ class ParametersPage:
                 )
             self._changed = ui.label().classes("text-sm").props("data-name=changed")
         self._unread = ui.label().classes("text-sm text-orange").props("data-name=unread")
+        self._unread.style("min-height: 1.25rem")  # its line: else sliders move away under the mouse
         with ui.row().classes("w-full no-wrap items-start"):
             with ui.column().classes("w-1/3 gap-0").style("max-height:80vh;overflow:auto"):
                 self._rows = ui.column().classes("w-full gap-1").props("data-name=parameters")
@@ -161,7 +162,6 @@ class ParametersPage:
         told = ", ".join(f"{name}: {value}" for name, value in changes.items())
         self._changed.set_text(f"tried: {told}" if told else "nothing is changed")
         self._unread.set_text("; ".join(self._settings.unread()))
-        self._unread.set_visibility(bool(self._unread.text))
         number = self._board.number
         both = await self._board.busy.work("recognising", self._settings.both, number, self._board.busy.told)
         if both is None:

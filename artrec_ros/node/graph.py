@@ -39,6 +39,7 @@ class Graph:
 
     def __init__(self, name: str, remappings: Sequence[str] = ()) -> None:
         """:param name: the process' number goes behind it. :param remappings: rules such as image:=/camera/image."""
+        self._since_s = time.monotonic()
         self._context = rclpy.Context()
         self._context.init(args=[])
         rules = [word for rule in remappings for word in ("-r", rule)]
@@ -54,6 +55,11 @@ class Graph:
         self._open = True
         self._thread = threading.Thread(target=self._spin, name=name, daemon=True)
         self._thread.start()
+
+    @property
+    def age_s(self) -> float:
+        """How long it has been part of the graph: who was there before is not known at once."""
+        return time.monotonic() - self._since_s
 
     def close(self) -> None:
         """Ends the thread, then the node."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -18,6 +19,8 @@ _KNOWN_BY = ("objects", "image.kind", "recognizer.profile")  # what no other nod
 _GET, _LIST, _SET = "/get_parameters", "/list_parameters", "/set_parameters"
 _GET_TYPE = "rcl_interfaces/srv/GetParameters"
 _PATIENCE_S = 5.0
+_KNOWN_S, _DISCOVERED_S = 1.0, 5.0  # age of a graph in which others are mostly known, and surely
+_TURN_S = 0.2
 
 
 class RemoteParameters:
@@ -27,7 +30,14 @@ class RemoteParameters:
         self._graph = graph
 
     def nodes(self) -> list[str]:
-        """Full names of the recogniser nodes: those with its parameters, whatever they are called."""
+        """Full names of the recogniser nodes: those with its parameters, whatever they are called. Waits for them where
+        the graph is so young that it may not know of them yet."""
+        time.sleep(max(0.0, _KNOWN_S - self._graph.age_s))
+        while not (found := self._known_nodes()) and self._graph.age_s < _DISCOVERED_S:
+            time.sleep(_TURN_S)
+        return found
+
+    def _known_nodes(self) -> list[str]:
         services = self._graph.node.get_service_names_and_types()
         names = [name.removesuffix(_GET) for name, types in services if _GET_TYPE in types and name.endswith(_GET)]
         request = GetParameters.Request(names=list(_KNOWN_BY))

@@ -13,6 +13,7 @@ from ..io.learned.marked_objects import BESIDE, REST
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
+_FEW = 10  # objects: below it their scales tell little of how near and far others are
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
@@ -41,16 +42,31 @@ def report(learned: Learned, bodies: Collection[str] = (), scales: Array | None 
 
 
 def scale_limits(scales: Array) -> tuple[float, float]:
-    """Least and greatest scale, px/m, that keep out what is smaller or larger than what was marked."""
-    return float(scales.min()) / _WIDER, float(scales.max()) * _WIDER
+    """Least and greatest scale, px/m, that keep out what is smaller or larger than what was marked.
+
+    A few tell little of how near and far objects come. On either side others may go beyond them by their range over
+    their number less one, as of any numbers drawn evenly; where they happen to be alike by a factor of two, the less
+    the more there are.
+    """
+    low, high, count = float(scales.min()), float(scales.max()), len(scales)
+    beyond = max((high / low) ** (1 / max(count - 1, 1)), 2 ** (1 / count)) if are_few(scales) else 1.0
+    return low / (_WIDER * beyond), high * _WIDER * beyond
+
+
+def are_few(scales: Array) -> bool:
+    """Whether limits of the scale rest on so few objects that this should be said."""
+    return len(scales) < _FEW
 
 
 def scale_line(scales: Array) -> str:
     """What the marked objects' scales are, and the limits that they suggest. :param scales: px/m, one or more."""
     low, high = scale_limits(scales)
+    count, wider = len(scales), "a quarter wider"
+    if are_few(scales):
+        wider = f"which rests on {count} object{'s' * (count > 1)} (mark nearer and farther ones); much wider"
     return (
-        f"scale: {scales.min():.4g} to {scales.max():.4g} px/m where marked; a quarter wider, recognizer.min_scale "
-        f"{low:.4g} and max_scale {high:.4g} keep out what is smaller or larger"
+        f"scale: {scales.min():.4g} to {scales.max():.4g} px/m where marked; {wider}, recognizer.min_scale {low:.4g} "
+        f"and max_scale {high:.4g} keep out what is smaller or larger"
     )
 
 

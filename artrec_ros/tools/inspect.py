@@ -27,7 +27,7 @@ from ..io.learned.annotations import Annotations
 from ..io.parameters.parameter_file import Setup
 from ..io.parameters.specs import EXPERT
 from ..io.parameters.unread import unread
-from .inspecting.inspection import calibrated_images, problems
+from .inspecting.inspection import calibrated_images, problems, warnings
 from .inspecting.model_report import counted, summary
 from .inspecting.next_step import next_steps
 from .inspecting.scene_report import draw_scene, scene_lines
@@ -77,6 +77,8 @@ def run(args: argparse.Namespace) -> int:
         print(draw_scene(items, args.scene))
     for line in next_steps(items):
         print(f"next: {line}")
+    for line in dict.fromkeys(warnings(items)):
+        print(f"warning: {line}")
     found = list(dict.fromkeys(problems(items)))
     for line in found:
         print(f"problem: {line}")

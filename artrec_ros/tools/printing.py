@@ -24,7 +24,7 @@ from .options.outputs import OF_PAGES
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "letter": (215.9, 279.4)}  # mm
 _MM_PER_INCH = 25.4
-_MARGIN_MM = 12.0  # that printers leave blank
+_MARGIN_MM = 10.0  # more than printers leave blank
 _RULER_MM, _RULER_ROOM_MM = 100.0, 18.0
 _GAP_MM, _CAPTION_MM = 12.0, 4.0
 _CROP_MM, _CROP_OFF_MM = 3.5, 1.5
@@ -86,14 +86,10 @@ def pages_of(items: Sequence[Item], paper: str) -> list[list[Placed]]:
     pages: list[list[Placed]] = []
     x = y = row = 0.0
     extra = np.array([_GAP_MM, _GAP_MM + _CAPTION_MM])
+    _check_sizes(items, room - extra, paper)
     fitting = [i if (i.size + extra <= room).all() else i.turned() for i in items]
     for item in sorted(fitting, key=lambda i: -float(i.size[1])):
         size = item.size + extra
-        if (size > room).any():
-            raise ConfigError(
-                f"marker '{item.name}' of {item.size[0]:.0f} x {item.size[1]:.0f} mm does not fit on {paper}; "
-                f"--paper knows {', '.join(PAPERS)}"
-            )
         if x + size[0] > room[0]:
             x, y, row = 0.0, y + row, 0.0
         if not pages or y + size[1] > room[1]:
@@ -103,6 +99,16 @@ def pages_of(items: Sequence[Item], paper: str) -> list[list[Placed]]:
         pages[-1].append(Placed(item, corner))
         x, row = x + size[0], max(row, float(size[1]))
     return pages
+
+
+def _check_sizes(items: Sequence[Item], most: Array, paper: str) -> None:
+    """:param most: (2,) mm that a page holds. :raises ConfigError: one is larger, also when turned."""
+    for item in items:
+        if (item.size > most).any() and (item.size[::-1] > most).any():
+            raise ConfigError(
+                f"marker '{item.name}' of {item.size[0]:.1f} x {item.size[1]:.1f} mm does not fit on {paper}, which "
+                f"holds {most[0]:g} x {most[1]:g} mm, either way round; --paper knows {', '.join(PAPERS)}"
+            )
 
 
 def print_pages(path: Path, model: ObjectModel, label: int, paper: str = "A4") -> int:

@@ -30,8 +30,8 @@ such a file.
 Paths are relative to the parameter file (to `config_dir` where that is given), or `package://PACKAGE/PATH`; within
 braces ROS' own reader wants the latter in quotes.
 
-While the node runs, these can be changed, several at once or none: {live}. Files are read again
-only where labels change.
+While the node runs, these can be changed, several at once or none: {live} (of `expert.` those
+that it was given when it started). Files are read again only where labels change.
 
 *Read* says which way of recognition reads a parameter ([method.md](method.md)): markers one by one in the *image
 plane*; whole objects in *space*; whole flat objects *facing* the camera, in images without calibration; profile

@@ -71,7 +71,10 @@ def run(args: argparse.Namespace) -> int:
     _tell_what_is_there(args)
     with held(args.output), contextlib.closing(Ros()) as ros:
         session = Session(_stills(args, setup, ros), args.output, given, setup)
-        opened = Opened(session, Examples(session, args.annotations), ros, args.results)
+        examples = Examples(session, args.annotations)
+        for line in examples.misfits:
+            say(f"warning: {line}")
+        opened = Opened(session, examples, ros, args.results)
         with contextlib.closing(opened), contextlib.suppress(KeyboardInterrupt):
             serve(opened, args.host, args.port, not args.no_open, lambda: _tell(args))
     say(f"ended; all that was made is in {args.output}")

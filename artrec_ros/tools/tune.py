@@ -12,6 +12,7 @@ from ..core.base.errors import ArtrecError, ConfigError, SourceError
 from ..io.base.bars import bar, say
 from ..io.base.whole_files import held, make_folder
 from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.parameters.unread import unread
 from ..io.sources.frames import once
 from ..io.sources.opening import open_sources
 from ..io.truth.reading import read_truth
@@ -101,8 +102,11 @@ def run(args: argparse.Namespace) -> int:
 
     options = source_options(args, setup)
     with open_sources(args.sources, options, say) as sources, ExitStack() as stack:
+        calibrated = {part.calibrated for part in sources.parts}
+        for line in unread(setup, calibrated, {dimension.spec.name for dimension in space}):
+            say(f"warning: {line}")
         _begin_folder(args, setup, stack)
-        get_setup_ready(setup, {part.calibrated for part in sources.parts})
+        get_setup_ready(setup, calibrated)
         engine = stack.enter_context(engine_of(args))
         named = list(zip(map(str, args.sources), sources.parts, strict=True))
         session = Session(args.output, engine, order_of(setup, args.sources, sources, options), named, once(say))

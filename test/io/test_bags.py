@@ -299,6 +299,13 @@ def test_missing_paths_and_files_are_named(tmp_path, ros2, pictures, write_rosba
         Bag(folder)
 
 
+def test_a_folder_of_several_bags_names_some(tmp_path):
+    for name in "abcd":
+        (tmp_path / f"{name}.bag").touch()
+    with pytest.raises(SourceError, match=r"holds several bags \(4\); name \S+/a.bag or \S+/b.bag or \S+/c"):
+        bag_files(tmp_path, None)
+
+
 def test_storage_chooses_among_a_folders_files(tmp_path, ros2, pictures, write_rosbag2):
     both = tmp_path / "both"
     both.mkdir()

@@ -53,6 +53,7 @@ def test_what_a_binned_image_shows_lies_where_its_camera_says(binning):
     ("matrix", "distortion", "model", "said"),
     [
         ([0.0] * 9, [], "", "not calibrated"),
+        ([-500.0, 0, 320, 0, 500, 240, 0, 0, 1], [], "", "K is of focal lengths -500 and 500 px; both are above 0"),
         (K, [0.0] * 4, "equidistant", "'equidistant' is not supported"),
         (K, [0.0] * 4, "equi\nx", r"'equi\\nx' is not supported"),
         (K, [0.0] * 4, "x" * 300_000, r"^distortion model 'x{56}\.\.\. is not supported"),

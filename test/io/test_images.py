@@ -85,6 +85,7 @@ def test_more_bytes_than_needed_are_ignored():
     ("arguments", "said"),
     [
         (("bayer_rggb8", 5, 7, 7, False, GREY.tobytes()), "'bayer_rggb8' is none of mono8"),
+        (("32FC1", 5, 7, 28, False, bytes(140)), "'32FC1' is none of .*; convert the images, or choose another topic"),
         (("a\nb", 5, 7, 7, False, GREY.tobytes()), r"'a\\nb' is none of mono8"),
         (("m" * 300_000, 5, 7, 7, False, GREY.tobytes()), r"^encoding 'm{56}\.\.\. is none of mono8"),
         (("mono8", 0, 7, 7, False, b""), "7x0"),

@@ -85,6 +85,14 @@ def test_only_of_images_that_are_there_it_is_told(folder: Path, name: str, there
     assert unread(setup, {there}) == []
 
 
+def test_of_those_that_are_tried_it_is_told_whatever_they_are(folder: Path) -> None:
+    """A search changes them later: at their defaults they are as little read."""
+    values = {"objects": ["spatial"], "spatial.object_file": "spatial.yaml", "spatial.label": 1}
+    setup = setup_from_flat({**values, "recognizer.min_scale": 3.0}, folder)
+    (line,) = unread(setup, {True}, ["recognizer.min_match", "recognizer.min_probability"])
+    assert line.startswith("recognizer.min_match changes nothing where images are calibrated")
+
+
 def test_profile_paper_reads_its_own_values_and_few_others(folder: Path) -> None:
     names = {"recognizer__min_match": 0.5, "recognizer__min_scale": 3.0, "recognizer__max_range_m": 1.0}
     lines = told(folder, ["flat"], recognizer__profile="paper", expert__paper__match=0.5, **names)

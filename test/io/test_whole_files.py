@@ -96,6 +96,11 @@ def test_a_file_in_a_folders_place_is_named(tmp_path: Path, write: Callable[[Pat
         write(tmp_path / "file/a/b")
 
 
+def test_a_place_where_nothing_can_be_made_is_told_with_the_way_out() -> None:
+    with pytest.raises(ConfigError, match=r"/proc/x/y: cannot be written: nothing can be made in /proc; name another"):
+        save_file("/proc/x/y", "text")
+
+
 def test_looking_whether_a_file_can_be_written_changes_none(tmp_path: Path) -> None:
     (tmp_path / "there").write_text("mine")
     for name in ("there", "new", "folder/new"):

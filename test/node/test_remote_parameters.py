@@ -53,6 +53,15 @@ def test_recogniser_nodes_are_known_by_their_parameters(node: NodeProcess, remot
         assert found_by(remote) == [NODE]
 
 
+def test_a_graph_that_has_just_begun_waits_for_who_was_there_before(node: NodeProcess, ros_environment: None) -> None:
+    """The first press of Find found nobody: discovery takes longer than a call."""
+    graph = Graph("newcomer")
+    try:
+        assert RemoteParameters(graph).nodes() == [NODE]
+    finally:
+        graph.close()
+
+
 def test_what_differs_is_told_and_set(node: NodeProcess, remote: RemoteParameters, parameter_file: Path) -> None:
     assert found_by(remote)
     same = load_parameters(parameter_file)

@@ -53,7 +53,7 @@ def test_pages_that_cannot_be_written_leave_earlier_ones(tmp_path: Path) -> None
 @pytest.mark.parametrize("name", ALL)
 def test_nothing_lies_on_another_or_off_the_page(name: str, paper: str) -> None:
     items = items_of(load_object(OBJECTS / f"{name}.yaml"), 2)
-    room = np.array(PAPERS[paper]) - (24 + 12, 24 + 18 + 16)
+    room = np.array(PAPERS[paper]) - (20 + 12, 20 + 18 + 16)
     if any((i.size > room).any() and (i.turned().size > room).any() for i in items):
         with pytest.raises(ConfigError, match=f"does not fit on {paper}"):
             pages_of(items, paper)
@@ -63,7 +63,7 @@ def test_nothing_lies_on_another_or_off_the_page(name: str, paper: str) -> None:
     for page in pages:
         for n, placed in enumerate(page):
             low, high = placed.corner, placed.corner + placed.item.size
-            assert (low >= (12, 25)).all() and (high <= np.array(PAPERS[paper]) - 12).all()
+            assert (low >= (10, 23)).all() and (high <= np.array(PAPERS[paper]) - 10).all()
             for other in page[:n]:
                 apart = (low >= other.corner + other.item.size) | (high <= other.corner)
                 assert apart.any(), (placed.item.name, other.item.name)
@@ -86,8 +86,14 @@ def test_the_command_writes_pages(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "--print: 'page.png' must end in .pdf" in capsys.readouterr().err
 
 
+def test_the_longest_marker_of_the_tutorial_fits_on_a4(tmp_path: Path) -> None:
+    text = "format: artrec_object/1\nname: mast\nmarkers: {post: {rectangle: {width: 0.036, height: 0.24}}}\n"
+    (tmp_path / "mast.yaml").write_text(text + "components: {base: {required: true, markers: {post: {}}}}\n")
+    assert print_pages(tmp_path / "page.pdf", load_object(tmp_path / "mast.yaml"), 1) == 1
+
+
 def test_a_marker_that_is_too_large_is_named(tmp_path: Path) -> None:
     text = "format: artrec_object/1\nname: wall\nmarkers: {sheet: {rectangle: {width: 0.5, height: 0.4}}}\n"
     (tmp_path / "wall.yaml").write_text(text + "components: {base: {required: true, markers: {sheet: {}}}}\n")
-    with pytest.raises(ConfigError, match=r"'base/sheet' of 400 x 500 mm does not fit on A4"):
+    with pytest.raises(ConfigError, match=r"of 500.0 x 400.0 mm does not fit on A4, which holds 178 x 243 mm"):
         print_pages(tmp_path / "page.pdf", load_object(tmp_path / "wall.yaml"), 1)

@@ -9,7 +9,9 @@ less, as it should be. In log-chromaticity the same says: shade shifts brightnes
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
+from functools import lru_cache
 
 import cv2
 import numpy as np
@@ -23,6 +25,7 @@ _GREY = 2.0  # a reference within so many standard deviations of grey is a grey
 _BY_RANGE = -100.0  # cost of a colour within a class' ranges: far below any reference's
 _MOST = 1e9  # cost above any other
 _FINEST = 16  # steps of a share
+_AT_ONCE = 4096  # colours whose costs are told together: what is between stays in a processor's cache
 _SURE = 8.0  # logarithm of what speaks for a class beyond all doubt
 
 Colours = NDArray[np.float32]
@@ -32,13 +35,48 @@ _GREYS: Colours = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3
 
 def colour_table(config: ImageConfig) -> tuple[NDArray[np.uint8], Codes]:
     """(65536,) code of every 16-bit colour (blue in the low 5 bits, green, red in the high 5), and what codes mean."""
-    costs, held = _costs(config)
-    labels = [0, *costs]
+    classes, scatter = tuple(config.classes.items()), (config.noise, config.light_spread, config.max_deviation)
+    return _table(classes, config.background, scatter)
+
+
+@lru_cache(2)  # who tries how to sharpen images has the same colours each time
+def _table(
+    own: tuple[tuple[str, ClassConfig], ...], background: tuple[int, ...], scatter: tuple[float, float, float]
+) -> tuple[NDArray[np.uint8], Codes]:
+    noise, light_spread, most = scatter
+    config = ImageConfig(
+        classes=dict(own), background=background, noise=noise, light_spread=light_spread, max_deviation=most
+    )
+    classes, labels = _classes(config)
+    parts = [_costs(config, classes, code) for code in np.arange(1 << 16).reshape(-1, _AT_ONCE)]
+    cost, held = (np.concatenate(of, axis=1) for of in zip(*parts, strict=True))
     unknown = np.full((1, 1 << 16), config.max_deviation**2, np.float32)
-    row = np.array([0, *(labels.index(label, 1) for label, _ in held)])
-    first = row[np.argmin(np.concatenate([unknown * 0 + _MOST, np.stack([cost for _, cost in held])]), axis=0)]
-    every = np.concatenate([unknown, np.stack(list(costs.values()))])
-    return coded(first, _weights(every), np.array(labels, np.uint8))
+    every = [np.min(cost[[cls.label == label for cls in classes]], axis=0) for label in labels[1:]]
+    weights = _weights(np.stack([*unknown, *every]))
+    table, meaning = coded(_first(classes, labels, held), weights, np.array(labels, np.uint8))
+    table.setflags(write=False)
+    return table, meaning
+
+
+def named(config: ImageConfig, codes: NDArray[np.uint16]) -> NDArray[np.uint8]:
+    """(n,) labels of 16-bit colours (n,), as the table names them: for few, filling it takes much longer."""
+    classes, labels = _classes(config)
+    found, of = np.unique(codes, return_inverse=True)
+    held = _costs(config, classes, found)[1]
+    return np.array(labels, np.uint8)[_first(classes, labels, held)][of]
+
+
+def _classes(config: ImageConfig) -> tuple[list[ClassConfig], list[int]]:
+    """The classes, the background's colours last as one of label 0; and their labels, unknown first."""
+    background = ClassConfig(label=0, rgb=config.background)
+    classes = [*config.classes.values(), *([background] if config.background else [])]
+    return classes, [0, *dict.fromkeys(cls.label for cls in classes)]
+
+
+def _first(classes: Sequence[ClassConfig], labels: Sequence[int], held: Colours) -> NDArray[np.intp]:
+    """(n,) the row among labels of the class that colours are named, by costs (classes, n)."""
+    row = np.array([0, *(labels.index(cls.label, 1) for cls in classes)])
+    return np.asarray(row[np.argmin(np.concatenate([np.full((1, held.shape[1]), _MOST, np.float32), held]), axis=0)])
 
 
 def _weights(cost: Colours) -> Colours:
@@ -85,24 +123,21 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     return code[:-1].astype(np.uint8), Codes(label, meaning)
 
 
-def _costs(config: ImageConfig) -> tuple[dict[int, Colours], list[tuple[int, Colours]]]:
-    """By label (65536,) -2 log likelihood of every colour under it; and of each class, in their order, its label and
-    the same with inf where a colour deviates too much from it, or is a grey."""
-    code = np.arange(1 << 16)
+def _costs(config: ImageConfig, classes: Sequence[ClassConfig], code: NDArray) -> tuple[Colours, Colours]:
+    """(classes, n) -2 log likelihood of 16-bit colours (n,) under each class; and the same with inf where a colour
+    deviates too much from it, or is a grey."""
     bgr = np.stack([(code & 31) / 31, (code >> 5 & 63) / 63, (code >> 11) / 31], axis=-1).astype(np.float32)
-    hsv = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2HSV)[0]  # (65536, 3) degrees, 0..1, 0..1
-    every, known = dict[int, Colours](), list[tuple[int, Colours]]()
-    background = ClassConfig(label=0, rgb=config.background)
-    for cls in (*config.classes.values(), *([background] if config.background else [])):
+    hsv = cv2.cvtColor(bgr[None], cv2.COLOR_BGR2HSV)[0]  # (n, 3) degrees, 0..1, 0..1
+    costs = []
+    for cls in classes:
         if cls.rgb:
             grey = as_grey(bgr, cls.spread, config.noise)
             both = [cost_of(bgr, _references_bgr(one)[0], one, config, grey) for one in lone(cls)]
-            cost, held = (np.min(c, axis=0) for c in zip(*both, strict=True))
+            costs.append([np.min(c, axis=0) for c in zip(*both, strict=True)])
         else:
-            cost = held = np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))
-        every[cls.label] = np.minimum(every.get(cls.label, np.float32(np.inf)), cost)
-        known.append((cls.label, held))
-    return every, known
+            costs.append([np.where(_in_class(hsv, cls), np.float32(_BY_RANGE), np.float32(np.inf))] * 2)
+    cost, held = np.asarray(costs, np.float32).reshape(-1, 2, len(bgr)).swapaxes(0, 1)
+    return cost, held
 
 
 def _references_bgr(cls: ClassConfig) -> Colours:
@@ -126,17 +161,22 @@ def ray(reference: Colours, light: tuple[float, ...]) -> tuple[Colours, Colours]
 def deviation(bgr: Colours, shown: Colours, spread: float, noise: float) -> tuple[Colours, Colours]:
     """How far colours (N, 3) are from a ray's (n, 3).
 
-    :return: (N, n) squared distances in units of the scatter there; (n,) what greater scatter costs: -2 log of the
-        Gaussian's height, over the two dimensions across the ray, and 0 in the dark.
+    :return: (n, N) squared distances in units of the scatter there; (n, 1) what greater scatter costs: -2 log of the
+        Gaussian's height, over the two dimensions across the ray, and 0 in the dark. A ray's colours are rows: the
+        least along columns is told many times faster than along short rows.
     """
-    scatter = np.hypot(noise, spread * np.linalg.norm(shown, axis=1))
-    squared = np.sum(bgr**2, axis=1)[:, None] - 2 * bgr @ shown.T + np.sum(shown**2, axis=1)
-    return np.maximum(squared, 0) / scatter**2, 4 * np.log(scatter / noise)
+    scatter = np.hypot(noise, spread * np.linalg.norm(shown, axis=1))[:, None]
+    squared = shown @ (-2 * bgr).T
+    squared += np.sum(bgr**2, axis=1)
+    squared += np.sum(shown**2, axis=1)[:, None]
+    np.maximum(squared, 0, out=squared)
+    squared /= scatter**2
+    return squared, 4 * np.log(scatter / noise)
 
 
 def as_grey(bgr: Colours, spread: float, noise: float) -> Colours:
     """(N,) -2 log likelihood of colours (N, 3) as the grey that is most like each, light apart."""
-    return np.asarray(np.add(*deviation(bgr, _GREYS, spread, noise)).min(axis=1), np.float32)
+    return np.asarray(np.add(*deviation(bgr, _GREYS, spread, noise)).min(axis=0), np.float32)
 
 
 def cost_of(
@@ -153,9 +193,11 @@ def cost_of(
     factors, shown = ray(reference, cls.light)
     squared, across = deviation(bgr, shown, cls.spread, config.noise)
     every = squared + across
-    as_own = every.min(axis=1)
-    every += (np.log(factors) / config.light_spread) ** 2
-    cost, held = every.min(axis=1), np.where(squared <= config.max_deviation**2, every, np.inf).min(axis=1)
+    as_own = every.min(axis=0)
+    every += ((np.log(factors) / config.light_spread) ** 2)[:, None]
+    cost = every.min(axis=0)
+    np.putmask(every, squared > config.max_deviation**2, np.inf)
+    held = every.min(axis=0)
     if deviation(reference[None], _GREYS, cls.spread, config.noise)[0].min() > _GREY**2:
         cost += 2 * np.logaddexp(0, (as_own - grey) / 2)
         held = np.where(grey < as_own, np.inf, held)

@@ -97,8 +97,12 @@ class Segmenter:
         if self._config.sharpen_px > 0:
             image = unblur(image, self._config.sharpen_px, self._config.sharpen_amount)
             image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
-        packed = cv2.cvtColor(image, cv2.COLOR_BGR2BGR565).view(np.uint16)[..., 0]
-        return np.take(self._table, packed)
+        return np.take(self._table, packed(image))
+
+
+def packed(image: Image) -> NDArray[np.uint16]:
+    """(H, W) the 16-bit colours, by which the table goes, of an image (H, W, 3) uint8 BGR."""
+    return np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2BGR565).view(np.uint16)[..., 0])
 
 
 def evenly_lit(image: Image, config: ImageConfig) -> Image:

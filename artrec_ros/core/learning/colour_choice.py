@@ -25,6 +25,7 @@ _LEARNING = LearningConfig()
 _LIGHTS = ((0.35, 1.8), (0.6, 1.3), (0.7, 1.1))  # ranges of light that a class' reference may have: the usual one first
 _OTHER_LIGHT = (0.5, 0.7, 1.4)  # light in which samples are looked at besides their own
 _WORST = 6.0  # loss of a sample at most: wrong samples decide nothing
+_TINY = 1e-300  # has a logarithm
 _TOO_FAR = 200.0  # -2 log likelihood that stands for any greater
 
 
@@ -60,41 +61,56 @@ def candidates(samples: Mapping[str | None, Sequence[Colours]]) -> list[Referenc
     return found
 
 
-def choose(samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig, background: float) -> list[Reference]:
+@dataclass(frozen=True)
+class Offer:
+    """Candidates and what they make of samples, whatever these weigh.
+
+    :param owners: classes, in the order of rows; the background's row is the one after theirs.
+    :param references: the candidates. :param likelihood: (candidates, samples) of samples under each.
+    :param true: (samples,) the row of each one's owner, in rising order.
+    :param divisor: (samples,) groups of the owner, times samples of the group: each group weighs the same.
+    """
+
+    owners: Sequence[str]
+    references: Sequence[Reference]
+    likelihood: Array
+    true: NDArray[np.intp]
+    divisor: Array
+
+    @classmethod
+    def of(cls, samples: Mapping[str | None, Sequence[Colours]], image: ImageConfig) -> Offer:
+        """:param samples: class -> groups of its colours (n, 3) BGR 0..1; None: the background's, last. Every class has
+        samples. :param image: noise and the like.
+        """
+        owners, references = [name for name in samples if name is not None], candidates(samples)
+        colours, true, divisor = _shown(samples, [*owners, None])
+        return cls(owners, references, np.exp(-_costs(colours, references, image).astype(float) / 2), true, divisor)
+
+
+def choose(offer: Offer, image: ImageConfig, background: float) -> list[Reference]:
     """The references that together tell best which class a colour is of.
 
-    :param samples: class -> groups of its colours (n, 3) BGR 0..1, each group weighs the same; None: the background's.
-        Every class has samples.
     :param image: noise and the like. :param background: weight of its groups, in those of a class.
     """
-    offered = candidates(samples)
-    choice = _Choice(samples, offered, image, background)
+    choice = _Choice(offer, image, background)
     while (best := choice.next()) is not None:
         choice.take(best)
     choice.drop()
-    return [offered[n] for n in choice.taken]
+    return [offer.references[n] for n in choice.taken]
 
 
 class _Choice:
     """What has been chosen so far, and what a further candidate would bring."""
 
-    def __init__(
-        self,
-        samples: Mapping[str | None, Sequence[Colours]],
-        offered: Sequence[Reference],
-        image: ImageConfig,
-        background: float,
-    ) -> None:
-        owners = [name for name in samples if name is not None]
-        self._rest = len(owners)  # the background's row; unknown has the one after it
-        rows = {name: n for n, name in enumerate(owners)}
-        self._owner = np.array([rows.get(r.owner or "", self._rest) for r in offered])
-        colours, self._true, self._weight = _weighed(samples, [*owners, None], background)
-        self._likelihood = np.exp(-_costs(colours, offered, image).astype(float) / 2)  # (candidates, samples)
+    def __init__(self, offer: Offer, image: ImageConfig, background: float) -> None:
+        self._rest = len(offer.owners)  # the background's row; unknown has the one after it
+        rows = {name: n for n, name in enumerate(offer.owners)}
+        self._owner = np.array([rows.get(r.owner or "", self._rest) for r in offer.references])
+        self._true, self._likelihood = offer.true, offer.likelihood
+        weight = np.where(offer.true == self._rest, background, 1.0) / offer.divisor
+        self._weight = weight / weight.sum()
         self._unknown = np.exp(-(image.max_deviation**2) / 2)
-        self.taken: list[int] = []
-        self._now = self._rows([])
-        self._loss = self._total(self._now)
+        self._take([])
 
     def next(self) -> int | None:
         """The candidate that brings most; None: none brings enough. Each class, and the background where it is shown,
@@ -105,16 +121,20 @@ class _Choice:
         open_rows = without if len(without) else np.flatnonzero(counts < most)
         losses = np.full(len(self._owner), np.inf)
         for row in open_rows.tolist():
-            mine = np.flatnonzero(self._owner == row)
+            mine = slice(*np.searchsorted(self._owner, (row, row + 1)))
             losses[mine] = self._with(row, self._likelihood[mine])
         best = int(np.argmin(losses))
         enough = losses[best] < self._loss - _LEARNING.least_gain
         return best if np.isfinite(losses[best]) and (len(without) or enough) else None
 
     def take(self, candidate: int) -> None:
-        self.taken.append(candidate)
-        self._now = self._rows(self.taken)
-        self._loss = self._total(self._now)
+        self._take([*self.taken, candidate])
+
+    def _take(self, taken: list[int]) -> None:
+        self.taken = taken
+        self._now = self._rows(taken)
+        self._own_now, self._every_now = self._own(self._now), self._now.sum(axis=0)
+        self._loss = float(self._weight @ _loss(self._own_now, self._every_now))
 
     def drop(self) -> None:
         """Leaves out what later ones have made superfluous; nobody's last."""
@@ -143,25 +163,32 @@ class _Choice:
         return float(self._weight @ _loss(self._own(rows), rows.sum(axis=0)))
 
     def _with(self, row: int, likelihood: Array) -> Array:
-        """(n,) losses with one of these candidates (n, samples) of a row added."""
+        """(n,) losses with one of these candidates (n, samples) of a row added. Only the row's own samples get likelier
+        by them, and few others are like them: logarithms are what takes the time, and the rest's stay."""
         gained = np.maximum(likelihood - self._now[row], 0.0)
-        own = self._own(self._now) + np.where(self._true == row, gained, 0.0)
-        return np.asarray(_loss(own, self._now.sum(axis=0) + gained) @ self._weight)
+        every = self._every_now + gained
+        loss = np.repeat(np.log(self._every_now)[None], len(likelihood), axis=0)
+        changed = np.flatnonzero(every != self._every_now)
+        loss.ravel()[changed] = np.log(every.ravel()[changed])
+        begin, end = np.searchsorted(self._true, (row, row + 1))
+        own = np.log(self._own_now + _TINY)
+        loss[:, :begin] -= own[:begin]
+        loss[:, begin:end] -= np.log(self._own_now[begin:end] + gained[:, begin:end] + _TINY)
+        loss[:, end:] -= own[end:]
+        return np.asarray(np.minimum(loss, _WORST, out=loss) @ self._weight)
 
 
 def _loss(own: Array, every: Array) -> Array:
-    return np.asarray(np.minimum(np.log(every) - np.log(own + 1e-300), _WORST))
+    return np.asarray(np.minimum(np.log(every) - np.log(own + _TINY), _WORST))
 
 
-def _weighed(
-    samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None], background: float
+def _shown(
+    samples: Mapping[str | None, Sequence[Colours]], owners: Sequence[str | None]
 ) -> tuple[Colours, NDArray[np.intp], Array]:
-    """Colours (n, 3), some of them in other light as well, the row of each one's owner, its weight; weights add up to
-    1."""
-    colours, rows, weights = list[Colours](), list[NDArray[np.intp]](), list[Array]()
+    """Colours (n, 3), some of them in other light as well, the row of each one's owner, its `Offer.divisor`."""
+    colours, rows, divisors = list[Colours](), list[NDArray[np.intp]](), list[Array]()
     for row, owner in enumerate(owners):
         groups = samples.get(owner, ())
-        total = background if owner is None else 1.0
         for group in groups:
             count = int(np.ceil(_LEARNING.share_other_light * len(group)))
             shown = [group]
@@ -170,9 +197,8 @@ def _weighed(
             colours += shown
             number = sum(map(len, shown))
             rows.append(np.full(number, row))
-            weights.append(np.full(number, total / (len(groups) * number)))
-    weight = np.concatenate(weights)
-    return np.concatenate(colours), np.concatenate(rows), weight / weight.sum()
+            divisors.append(np.full(number, float(len(groups) * number)))
+    return np.concatenate(colours), np.concatenate(rows), np.concatenate(divisors)
 
 
 def _costs(colours: Colours, references: Sequence[Reference], image: ImageConfig) -> Colours:

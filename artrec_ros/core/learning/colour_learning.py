@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache, partial
 from itertools import product
 
 import cv2
@@ -12,9 +13,9 @@ from numpy.typing import NDArray
 
 from ..base.config import ClassConfig, ImageConfig, LearningConfig
 from ..base.errors import ConfigError
-from ..image.colour_table import Colours, deviation, ray
-from ..image.segmentation import Segmenter
-from .colour_choice import Reference, choose, clusters
+from ..image.colour_table import Colours, deviation, named, ray
+from ..image.segmentation import Segmenter, packed
+from .colour_choice import Offer, Reference, choose, clusters
 
 _LEARNING = LearningConfig()
 _FEW = 8  # names that a message lists
@@ -139,7 +140,8 @@ def learn_colours(
     """
     check_samples(samples, labels)
     tried = list(product(range(_LEARNING.draws), _LEARNING.weights_background))
-    draws = [_drawn(samples, labels, image, doubtful, *tried[n]) for n in shown(range(len(tried)))]
+    drawn = lru_cache(1)(partial(_Draw.of, samples, labels, image, doubtful))  # it is the same for all weights
+    draws = [drawn(tried[n][0]).learned(labels, image, tried[n][1]) for n in shown(range(len(tried)))]
     return max(draws, key=lambda learned: _worth(learned, labels))
 
 
@@ -150,20 +152,37 @@ def _worth(learned: Learned, labels: Collection[str]) -> float:
     return float(np.mean(np.log(np.maximum(shares, 1e-3))))
 
 
-def _drawn(
-    samples: Samples, labels: Mapping[str, int], image: ImageConfig, doubtful: Collection[str], seed: int, weight: float
-) -> Learned:
-    """What one draw of the samples tells. :param weight: of the background."""
-    rng = np.random.default_rng(seed)
-    own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
-    rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
-    rest = {name: _without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
-    chosen = choose({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image, weight)
-    classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
-    background = _as_rgb([r.colour for r in chosen if r.owner is None])
-    learned = replace(image, kind="colour", classes=classes, background=background)
-    counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
-    return Learned(learned, _confusion(counted, learned), {name: len(c) for name, c in samples.items()})
+@dataclass(frozen=True)
+class _Draw:
+    """One draw of the samples.
+
+    :param offer: candidates of those that references are chosen by. :param counted: those that are counted in the end.
+    :param samples: name -> number of all.
+    """
+
+    offer: Offer
+    counted: Samples
+    samples: Mapping[str, int]
+
+    @classmethod
+    def of(
+        cls, samples: Samples, labels: Collection[str], image: ImageConfig, doubtful: Collection[str], seed: int
+    ) -> _Draw:
+        rng = np.random.default_rng(seed)
+        own: dict[str | None, Sequence[Colours]] = {name: [_samples(name, samples, image, rng)] for name in labels}
+        rest = {name: _scaled(_some(c, 3 * _KEPT, rng)) for name, c in samples.items() if name not in labels}
+        rest = {name: _without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
+        offer = Offer.of({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image)
+        counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
+        return cls(offer, counted, {name: len(c) for name, c in samples.items()})
+
+    def learned(self, labels: Mapping[str, int], image: ImageConfig, weight: float) -> Learned:
+        """What it tells. :param weight: of the background."""
+        chosen = choose(self.offer, image, weight)
+        classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
+        background = _as_rgb([r.colour for r in chosen if r.owner is None])
+        learned = replace(image, kind="colour", classes=classes, background=background)
+        return Learned(learned, _confusion(self.counted, learned), self.samples)
 
 
 def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Generator) -> Colours:
@@ -193,7 +212,7 @@ def _held(colours: Colours, centre: Colours) -> NDArray[np.bool_]:
     """(n,) whether colours are as good as this one."""
     image = ImageConfig()
     squared, _ = deviation(colours, ray(centre, _SAME)[1], ClassConfig().spread / 2, image.noise)
-    return np.asarray(squared.min(axis=1) <= (image.max_deviation / 2) ** 2)
+    return np.asarray(squared.min(axis=0) <= (image.max_deviation / 2) ** 2)
 
 
 def _class(label: int, references: list[Reference]) -> ClassConfig:
@@ -247,10 +266,11 @@ def _told_around(own: NDArray[np.bool_], told: NDArray[np.bool_]) -> float:
 
 def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float]]:
     names = {cls.label: name for name, cls in image.classes.items()} | {0: "unknown"}
-    segmenter = Segmenter(replace(image, sharpen_px=0, blur_px=0, smoothing_px=0, gain_percentile=0, blank=()))
+    ends = np.cumsum([len(colours) for colours in samples.values()])
+    told = np.split(named(image, packed(np.concatenate([*samples.values()])[None])[0]), ends[:-1])
     confusion = {}
-    for name, colours in samples.items():
-        labels, counts = np.unique(segmenter.labels(colours[None]), return_counts=True)
+    for (name, colours), own in zip(samples.items(), told, strict=True):
+        labels, counts = np.unique(own, return_counts=True)
         confusion[name] = {names[k]: n / len(colours) for k, n in zip(labels.tolist(), counts.tolist(), strict=True)}
     return confusion
 

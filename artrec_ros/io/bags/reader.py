@@ -36,6 +36,7 @@ else:
     from backports import zstd
 
 _NO_INDEX = "it has no index, which its recorder writes last; read front to back (rosbag reindex gives it one)"
+_NAMED = 3  # bags that a message names
 _ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 
 
@@ -266,8 +267,21 @@ def bag_files(path: Path, storage: str | None) -> list[Path]:
         files = [path]
     wanted = (STORAGES[storage],) if storage else BAG_SUFFIXES
     found = [f for f in files if storage_suffix(f) in wanted]
+    if not found and path.is_dir() and (inside := _bags_in(path)):
+        several = f"several bags ({len(inside)})" if len(inside) > 1 else "a bag"
+        raise SourceError(f"{path}: is no bag but holds {several}; name {' or '.join(map(str, inside[:_NAMED]))}")
     if not found:
         raise SourceError(f"{path}: no bag ({', '.join(wanted)}; or those with .zstd) there")
     for file in found:
         size_of_file(file, SourceError)
     return found
+
+
+def _bags_in(folder: Path) -> list[Path]:
+    """Files of ROS 1, each of which is a bag, and folders of rosbag2."""
+    return sorted(
+        p
+        for p in folder.iterdir()
+        if (p.is_file() and storage_suffix(p) == ".bag")
+        or (p.is_dir() and any(f.name == "metadata.yaml" or is_storage(f) for f in p.iterdir()))
+    )

@@ -83,12 +83,21 @@ def _told(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        blocking = next((p for p in (path, *path.parents) if os.path.lexists(p) and not p.is_dir()), path)
-        in_the_way = isinstance(error, (FileExistsError, NotADirectoryError))
-        reason = f"{blocking} is no folder" if in_the_way else error.strerror
-        raise ConfigError(f"{path}: cannot be written: {reason}") from None
+        raise ConfigError(f"{path}: cannot be written: {why_unwritable(path, error)}") from None
     except RuntimeError:  # Python's word for it
         raise ConfigError(f"{path}: cannot be written: its link leads back to itself") from None
+
+
+def why_unwritable(path: Path, error: OSError) -> str:
+    """What stands in the way of a file or folder by the name that a user gave, and the way out."""
+    if isinstance(error, (FileExistsError, NotADirectoryError)):
+        blocking = next((p for p in (path, *path.parents) if os.path.lexists(p) and not p.is_dir()), path)
+        return f"{blocking} is no folder"
+    if isinstance(error, FileNotFoundError):  # though folders are made: it is a place of another kind, such as /proc
+        there = next((p for p in path.parents if p.is_dir()), path)
+        return f"nothing can be made in {there}; name another place"
+    elsewhere = "; name another place" if isinstance(error, PermissionError) or error.errno == errno.EROFS else ""
+    return f"{error.strerror or error}{elsewhere}"
 
 
 @contextmanager

@@ -94,7 +94,12 @@ def _check_region(first: tuple[int, int], part: tuple[int, int], whole: tuple[in
 def _check_matrix(K: Array, what: str) -> None:
     if not np.isfinite(K).all():
         raise ConfigError(f"the camera's calibration holds numbers that are not finite ({what} such)")
-    if K[0, 0] <= 0 or K[1, 1] <= 0:
+    if min(K[0, 0], K[1, 1]) < 0:
+        raise ConfigError(
+            f"the camera's calibration is implausible ({what} of focal lengths {K[0, 0]:g} and {K[1, 1]:g} px; both "
+            "are above 0)"
+        )
+    if K[0, 0] == 0 or K[1, 1] == 0:
         raise ConfigError(f"the camera is not calibrated ({what} without focal length)")
     if max(K[0, 0], K[1, 1], *np.abs(K[:2, 2])) > _MOST_PX or min(K[0, 0], K[1, 1]) < 1 / _MOST_PX:
         raise ConfigError(f"the camera's calibration is implausible ({what} beyond {_MOST_PX:g} px)")

@@ -45,7 +45,9 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
     :raises ImageError: unknown encoding, no or too many pixels, a step too small, too few bytes.
     """
     if encoding not in ENCODINGS:
-        raise ImageError(f"encoding {shown(encoding)} is none of {', '.join(ENCODINGS)}")
+        raise ImageError(
+            f"encoding {shown(encoding)} is none of {', '.join(ENCODINGS)}; convert the images, or choose another topic"
+        )
     channels, depth, conversion = ENCODINGS[encoding]
     _check_size(width, height, "image")
     row = width * channels * depth

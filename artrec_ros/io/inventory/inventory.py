@@ -10,7 +10,7 @@ import numpy as np
 
 from ...core.base.errors import ArtrecError, ConfigError, ImageError, SourceError
 from ...core.geometry.camera import Camera
-from ..bags.metadata import BAG_SUFFIXES, is_storage
+from ..bags.metadata import BAG_SUFFIXES, is_storage, storage_suffix
 from ..bags.reader import Bag, Topic
 from ..bags.topics import IMAGE_TYPES, camera_of, choose_info_topic, decode_message, stamp_of
 from ..base.bars import bar
@@ -145,9 +145,10 @@ def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path]
 
 
 def _is_bag(path: Path) -> bool:
+    """Of ROS 1 each file is one: a folder of them holds several."""
     if not path.is_dir():
         return is_storage(path)
-    return any(p.name == "metadata.yaml" or is_storage(p) for p in path.iterdir())
+    return any(p.name == "metadata.yaml" or (is_storage(p) and storage_suffix(p) != ".bag") for p in path.iterdir())
 
 
 def _read_images(path: Path) -> Sample:

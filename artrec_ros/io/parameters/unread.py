@@ -17,16 +17,19 @@ _WAYS = {
 }
 
 
-def unread(setup: Setup, calibrated: Collection[bool] = (True, False)) -> list[str]:
+def unread(
+    setup: Setup, calibrated: Collection[bool] = (True, False), tried: Collection[str] | None = None
+) -> list[str]:
     """A line for each parameter that is not at its default and is not read by the ways that recognition takes here.
 
     Of targets that are fitted in space where images are calibrated, and else found in the image plane, it is told
     which of the two reads it.
 
-    :param calibrated: which images there are.
+    :param calibrated: which images there are. :param tried: the parameters that are asked for instead of those that
+        are not at their defaults.
     """
     specs = setup.specs
-    changed = [spec for spec in specs.values() if _is_changed(spec, setup)]
+    changed = [spec for spec in specs.values() if (_is_changed(spec, setup) if tried is None else spec.name in tried)]
     return [line for spec in changed for line in _lines(spec, setup, calibrated)]
 
 

@@ -13,7 +13,7 @@ from ...core.geometry.transforms import Array
 from ...core.model.found import Detection, Instance
 from ...io.results.summary_file import LookedFor
 from ...io.truth.records import TrueObject
-from .metrics import extent_px, is_on, places_of
+from .metrics import extent_px, is_on, places_of, reach_px
 from .outcomes import Outcome
 from .scoring import Evaluation, ScoredFrame
 
@@ -153,8 +153,10 @@ def _why_false(d: Detection, name: str, frame: ScoredFrame, objects: Mapping[str
                 continue
             if other != name:
                 return f"score {d.score:.2f}: lies on '{other}'"
-            again = "; another detection lies there, too" if outcome.detection is not None else ""
-            return f"score {d.score:.2f}: {min(gaps):.0f} px from an object '{name}'{again}"
+            told = f"score {d.score:.2f}: {min(gaps):.3g} px from an object '{name}'"
+            if outcome.detection is not None:
+                return f"{told}; another detection lies there, too"
+            return f"{told}, which it would be up to {reach_px(outcome.truth):.3g} px, half of its size"
     return f"score {d.score:.2f}: no object there"
 
 

@@ -168,6 +168,11 @@ def extent_px(o: TrueObject) -> float:
     return max(max((c.full_px for c in o.components.values()), default=1.0) ** 0.5, _LEAST_EXTENT_PX)
 
 
+def reach_px(o: TrueObject) -> float:
+    """How far off a detection of an object may lie at most."""
+    return _NEAR * extent_px(o)
+
+
 def is_on(instance: Instance, truth_component: TrueComponent) -> bool:
     """Whether an instance lies on a marker of the truth."""
     c = truth_component

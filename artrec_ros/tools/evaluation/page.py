@@ -16,6 +16,7 @@ from .breakdown import NOTHING, component_counts, confusion
 from .comparison import Change
 from .failures import FALSE, FAR_OFF, MISNAMED, MISSED, NOT_RIGHT, failed_frames
 from .gallery import MOST_CARDS, cards
+from .metrics import COUNTED_PX
 from .plots import COLOURS, distribution_plots, reliability_plots, strata_plots
 from .result import Result
 
@@ -46,6 +47,7 @@ def render(results: Sequence[Result], changes: Sequence[Mapping[str, Change]] = 
         components=[component_counts(e) for e in evaluations],
         confusions=[confusion(e) for e in evaluations],
         nothing=NOTHING,
+        counted_px=f"{COUNTED_PX:g}",
         most_listed=_MOST_LISTED,
         rate=partial(f.written, "precision"),
         left_out=sum(max(0, len(f) - MOST_CARDS) for f in failed),

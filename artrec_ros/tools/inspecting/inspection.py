@@ -39,13 +39,9 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, sample in _all(items, Sample):
         yield from (f"{path}: {p}" for p in sample.problems)
     for name, model in _models(items).items():
-        yield from (
-            f"{name}: {line}" for line in (*buried(model), *odd_units(model), *unborne(model), *split_sides(model))
-        )
+        yield from (f"{name}: {line}" for line in (*buried(model), *odd_units(model), *split_sides(model)))
     for path, setup in _all(items, Setup):
-        for t in setup.targets:
-            lines = *on_own_colour(t.model, t.label), *shared_classes(t.model, t.label)
-            yield from (f"{path}: {t.name}: {line}" for line in lines)
+        yield from (f"{path}: {t.name}: {line}" for t in setup.targets for line in on_own_colour(t.model, t.label))
     for path, coco in _all(items, Annotations):
         yield from annotation_problems(path, coco, _models(items))
     for path, constraints in _all(items, ConstraintContent):
@@ -55,6 +51,15 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
     for path, camera in _all(items, Camera):
         yield from _calibration(path, camera, items)
     yield from _stamps(items)
+
+
+def warnings(items: Sequence[Item]) -> Iterator[str]:
+    """What works and may not be meant, as `artrec model` says it, too."""
+    for name, model in _models(items).items():
+        yield from (f"{name}: {line}" for line in unborne(model))
+    for path, setup in _all(items, Setup):
+        for t in setup.targets:
+            yield from (f"{path}: {t.name}: {line}" for line in shared_classes(t.model, t.label))
 
 
 def calibrated_images(items: Sequence[Item]) -> bool | None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from ...core.base.errors import ArtrecError, SourceError
-from ...io.base.whole_files import LineFile, held, make_folder, write_whole
+from ...io.base.whole_files import LineFile, held, make_folder, why_unwritable, write_whole
 from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
 from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
 from ...io.results.summary_file import read_summary
@@ -54,7 +54,7 @@ class ReplayFolder:
                 self._open()
         except OSError as error:
             self._stack.close()
-            raise SourceError(f"{path}: cannot be written: {error.strerror}") from error
+            raise SourceError(f"{path}: cannot be written: {why_unwritable(path, error)}") from error
         except BaseException:
             self._stack.close()
             raise

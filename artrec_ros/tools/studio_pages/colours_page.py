@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from pathlib import Path
 
 import numpy as np
 
@@ -49,6 +50,7 @@ class ColoursPage:
                 "chosen. A click on a patch of the same class takes it away. The wheel zooms; keys 1 to 9 choose."
             ).classes("text-xs opacity-70")
         self._needs = ui.label().classes("text-sm text-orange").props("data-name=needs")
+        self._needs.style("min-height: 1.25rem")  # its line: else the picture jumps when there is something to say
         with ui.row().classes("w-full no-wrap"):
             with ui.column().classes("w-1/2"):
                 self._picture = Viewer(guarded(self._click), guarded(self._drag), "box").mark("colours-picture")
@@ -128,13 +130,15 @@ class ColoursPage:
         self._report.set_text("\n".join(report(learned)))
 
     async def _keep(self) -> None:
-        learned = await self._board.busy.work("learning colours", self._marks.learn)
-        if learned is None:
-            return
-        self._take(learned)
-        path = await self._board.busy.work("writing", self._marks.keep, learned)
-        if path is not None:
-            ui.notify(f"wrote {path} and {self._session.parameters}", type="positive")
+        saved: tuple[Learned, Path] | None = await self._board.busy.work("learning colours", self._learned_and_kept)
+        if saved is not None:
+            self._take(saved[0])
+            ui.notify(f"wrote {saved[1]} and {self._session.parameters}", type="positive")
+
+    def _learned_and_kept(self) -> tuple[Learned, Path]:
+        """One piece of work: it is written though the window be closed meanwhile."""
+        learned = self._marks.learn()
+        return learned, self._marks.keep(learned)
 
     def _show(self) -> None:
         guarded(self._show_frame)()

@@ -55,9 +55,11 @@ class ExamplesPage:
                 "from the marked outlines, as artrec learn-colours --params-file"
             )
             ui.button("Scale limits", on_click=self._scale_limits).props("flat data-name=scale-limits").tooltip(
-                "keep out what is smaller or larger than what is marked, by more than a quarter"
+                "keep out what is smaller or larger than what is marked, by more than a quarter, or more of few"
             )
         ui.label(_HELP).classes("text-xs opacity-70")
+        for line in self._examples.misfits:
+            ui.label(line).classes("text-sm text-orange").props("data-name=misfit")
         self._build_learning()
         self._hint = ui.label().classes("text-sm").props("data-name=hint")
         with ui.row().classes("w-full no-wrap items-start"):
@@ -70,7 +72,7 @@ class ExamplesPage:
             with ui.column().classes("w-5/12 gap-1"):
                 self._list = ui.column().classes("gap-0").props("data-name=objects")
                 self._queue_list = ui.column().classes("gap-0").props("data-name=queue")
-                self._told = ui.label().classes("mono").props("data-name=trained")
+        self._told = ui.label().classes("mono").props("data-name=trained")  # as wide as the page: it has a table
 
     def _build_learning(self) -> None:
         """What is learned after each mark, what goes on at the moment, and what it changed."""
@@ -167,9 +169,9 @@ class ExamplesPage:
             self._learned(f"wrote {self._session.parameters}")
 
     async def _scale_limits(self) -> None:
-        limits = await self._board.busy.work("writing", keep_scale_limits, self._session, self._examples)
-        if limits is not None:
-            self._learned("recognizer.min_scale {} and max_scale {} px/m are kept".format(*limits))
+        kept = await self._board.busy.work("writing", keep_scale_limits, self._session, self._examples)
+        if kept is not None:
+            self._learned(str(kept))
 
     def _learned(self, told: str) -> None:
         ui.notify(told, type="positive")

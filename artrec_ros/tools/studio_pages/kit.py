@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import base64
 import functools
+import math
 import time
 import weakref
 from collections.abc import Callable, Sequence
@@ -18,10 +19,11 @@ from ...core.base.errors import ArtrecError, one_line
 from ...core.geometry.transforms import Array
 
 try:
-    from nicegui import run, ui
+    from nicegui import binding, run, ui
 except ImportError as error:
     raise ArtrecError(f"artrec studio: {error}; pip install artrec_ros[studio]") from error
 
+binding.MAX_PROPAGATION_TIME = math.inf  # else NiceGUI logs that a busy machine is busy
 Point = tuple[float, float]
 _STILL_PX = 1.5  # of the image: a shorter way between press and release is a click
 _SLOW_S = 0.3  # work that takes longer says how long it takes
@@ -190,7 +192,7 @@ def complain(error: Exception) -> None:
     if page in _complaints:
         _complaints[page].dismiss()
     _complaints[page] = ui.notification(
-        one_line(error), type="negative", timeout=None, close_button="close", multi_line=True
+        one_line(error), type="negative", timeout=None, multi_line=True, actions=[{"label": "close", "color": "white"}]
     )
 
 
@@ -228,7 +230,10 @@ class Busy:
         return bool(self._what)
 
     async def work(self, what: str, job: Callable[..., Any], *args: Any) -> Any:
-        """What the job returns, once what is at work is done; None where it failed, which the page then says."""
+        """What the job returns, once what is at work is done; None where it failed, which the page then says.
+
+        :raises CancelledError: the window was closed meanwhile: the job is done, and there is nobody to be told.
+        """
         self._waiting += 1
         self._label.props("data-busy=yes")
         try:
@@ -243,13 +248,22 @@ class Busy:
         self._what, self._since, self._share = what, time.monotonic(), 0.0
         self._tell()
         try:
-            return await run.io_bound(job, *args)
+            done = await run.io_bound(job, *args)
         except Exception as error:
+            self._end_if_closed()
             complain(error)
             return None
+        else:
+            self._end_if_closed()
+            return done
         finally:
             self._what = ""
-            self._tell()
+            if not self._label.is_deleted:
+                self._tell()
+
+    def _end_if_closed(self) -> None:
+        if self._label.is_deleted:
+            raise asyncio.CancelledError
 
     def _tell(self) -> None:
         seconds = time.monotonic() - self._since

@@ -39,7 +39,9 @@ class NodesPart:
             control.set_visibility(bool(self._node.options))
 
     async def _find(self) -> None:
+        self._told.set_text("looking for recogniser nodes …")
         found: list[str] | None = await self._busy.work("asking the graph", lambda: self._ros.parameters().nodes())
+        self._told.set_text("")
         if found is None:
             return
         kept = self._node.value if self._node.value in found else next(iter(found), None)

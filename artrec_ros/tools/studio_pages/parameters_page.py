@@ -40,10 +40,13 @@ class ParametersPage:
             self._experts = ui.switch("for experts, too", on_change=lambda _: self._list()).props("data-name=experts")
             ui.button("Save", on_click=self._save).props("data-name=save-parameters")
             ui.button("Reset", on_click=self._reset).props("flat data-name=reset")
-            ui.button("Score", on_click=self._score).props("data-name=score").tooltip(
-                "before and after, on the frames that are marked by hand, as artrec evaluate"
-            )
+            with ui.button("Score", on_click=self._score).props("data-name=score"):
+                ui.tooltip("before and after, on the frames that are marked by hand, as artrec evaluate").props(
+                    'anchor="top middle" self="bottom middle"'  # below it would hide the headings
+                )
             self._changed = ui.label().classes("text-sm").props("data-name=changed")
+        self._unread = ui.label().classes("text-sm text-orange").props("data-name=unread")
+        self._unread.style("min-height: 1.25rem")  # its line: else sliders move away under the mouse
         with ui.row().classes("w-full no-wrap items-start"):
             with ui.column().classes("w-1/3 gap-0").style("max-height:80vh;overflow:auto"):
                 self._rows = ui.column().classes("w-full gap-1").props("data-name=parameters")
@@ -158,6 +161,7 @@ class ParametersPage:
         changes = self._settings.changes
         told = ", ".join(f"{name}: {value}" for name, value in changes.items())
         self._changed.set_text(f"tried: {told}" if told else "nothing is changed")
+        self._unread.set_text("; ".join(self._settings.unread()))
         number = self._board.number
         both = await self._board.busy.work("recognising", self._settings.both, number, self._board.busy.told)
         if both is None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from ...core.base.config import LearningConfig
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
-from ...core.learning.colour_learning import Learned
+from ...core.learning.colour_learning import Learned, check_samples
 from ...io.base.whole_files import save_file
 from ...io.learned.colours import save_colours
 from ...io.learned.marked_objects import load_marked_objects
@@ -96,6 +97,8 @@ class ColourMarks:
         self._setup = load_colour_setup([session.parameters] if session.parameters.exists() else session.given, {})
         self.labels = dict(self._setup.labels)
         self.patches: list[Patch] = []
+        self._last: tuple[object, Preview] | None = None  # the marks that colours were learned from, and these
+        self._lock = threading.Lock()
         if self.path.is_file():
             self.patches = [
                 Patch(m.path, name, outline) for m in load_regions([self.path]) for name, outline in m.regions
@@ -153,19 +156,31 @@ class ColourMarks:
 
         :raises ConfigError: a class has too few marked pixels.
         """
-        samples, told = self._samples(self.labels)
-        return learn_from(samples, told, self.labels)
+        preview = self.preview()
+        if preview.learned is None or preview.lacking:
+            check_samples(self._samples(self.labels)[0], self.labels)
+        assert preview.learned is not None
+        return preview.learned
 
     def preview(self) -> Preview:
-        """The same of the classes that have enough pixels already."""
+        """The same of the classes that have enough pixels already. What was learned last is kept: pages are opened
+        again, and saved, without a mark more."""
+        with self._lock:  # windows that ask at once learn once
+            marked = tuple((p.file, p.name, p.outline.tobytes()) for p in self.patches)
+            if self._last is None or self._last[0] != marked:
+                self._last = marked, self._preview()
+            return self._last[1]
+
+    def _preview(self) -> Preview:
         least = LearningConfig().least_samples
-        samples, _ = self._samples(self.labels)
+        samples, told = self._samples(self.labels)
         lacking = {name: least - len(samples.get(name, ())) for name in self.labels}
         lacking = {name: count for name, count in lacking.items() if count > 0}
         labels = {name: label for name, label in self.labels.items() if name not in lacking}
         if not labels:
             return Preview(None, lacking)
-        samples, told = self._samples(labels)
+        if lacking:
+            samples, told = self._samples(labels)
         return Preview(learn_from({k: v for k, v in samples.items() if k not in lacking}, told, labels), lacking)
 
     def _samples(self, labels: dict[str, int]) -> tuple[Samples, Told]:

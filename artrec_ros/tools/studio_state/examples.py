@@ -27,6 +27,7 @@ from ...io.learned.coco import coco_image, read_coco
 from ...io.learned.marked_objects import identities_of, what_is_shown
 from ...simulation.records import keypoint_names
 from ...simulation.surfaces import component_poses
+from .misfits import misfits
 from .session import Session
 
 ANNOTATIONS_FILE = "annotations.json"
@@ -40,22 +41,30 @@ class Examples:
     """The examples of a sitting, written to a file after each change.
 
     :ivar objects: in the order in which they were made. :ivar empty: frames in which somebody saw no object.
-    :ivar on_change: called after each change.
+    :ivar on_change: called after each change. :ivar misfits: what of the files begun with fits no frame or object.
     """
 
     def __init__(self, session: Session, more: Sequence[Path] = ()) -> None:
-        """:param more: files with examples to begin with, where this sitting's folder has none yet.
+        """:param more: files with examples to begin with, where this sitting's folder has none yet: they are written
+        to its file, unless not one of their images is a frame.
         :raises ArtrecError: a file that is none, or whose categories are not those of the parameter file."""
         self._session = session
         self.on_change: Callable[[], None] = lambda: None
         self.categories = {t.name: tuple(keypoint_names(t.model)) for t in session.setup.targets}
         self.objects: list[AnnotatedObject] = []
         self.empty: list[Path] = []
-        paths = [self.path] if self.path.is_file() else list(more)
-        if paths:
-            self._load(paths)
+        self.misfits: tuple[str, ...] = ()
+        if self.path.is_file():
+            self._load([self.path])
+        elif more:
+            images = self._load(more)
+            if any(session.stills.number(image) is not None for image in images):
+                self.save()  # what learns and scores reads the file
+            else:
+                self.objects, self.empty = [], []
 
-    def _load(self, paths: Sequence[Path]) -> None:
+    def _load(self, paths: Sequence[Path]) -> list[Path]:
+        """Returns the images that the files name."""
         known = load_coco(paths)
         for o in known.objects:
             target, _ = what_is_shown(o, self._session.setup.targets)
@@ -67,6 +76,8 @@ class Examples:
         images = [coco_image(v, path.parent)[1][0] for path in paths for v in read_coco(path)["images"].items()]
         shown = {o.image for o in self.objects}
         self.empty = [own for own in map(self._own, images) if own not in shown]
+        self.misfits = tuple(misfits(", ".join(map(str, paths)), known, images, self._session.stills))
+        return images
 
     def _own(self, image: Path) -> Path:
         """The frame's file, where an image is one of the frames."""

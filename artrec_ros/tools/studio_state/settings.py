@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -11,6 +12,7 @@ from ...core.base.errors import ConfigError, ImageError
 from ...core.model.found import FrameResult
 from ...io.parameters.parameter_file import Setup
 from ...io.parameters.specs import Spec
+from ...io.parameters.unread import unread
 from ...io.results.journal import Recognised
 from ...io.truth.from_coco import load_coco_truth
 from ..evaluate import lines
@@ -19,6 +21,7 @@ from ..evaluation.result import results_of
 from ..evaluation.runs import Run
 from ..evaluation.scoring import Options, evaluate_runs
 from .examples import ANNOTATIONS_FILE
+from .misfits import none_in_common
 from .session import Session
 
 
@@ -66,6 +69,10 @@ class Settings:
         self._tried = base, base.changed(changes) if changes else base
         self._changes = changes
 
+    def unread(self) -> list[str]:
+        """A line for each change that changes nothing: no way in which these frames are recognised reads it."""
+        return unread(self.tried, (self._session.stills.camera is not None,), self._changes)
+
     def reset(self) -> None:
         """Nothing is tried: of the session's parameters as they are now."""
         self._changes, self._tried = {}, (self._session.setup, self._session.setup)
@@ -91,6 +98,9 @@ class Settings:
             raise ConfigError("no frame is marked: mark all objects of some frames in the tab Examples")
         truth = load_coco_truth(path)
         numbers = [n for n in range(len(self._session.stills)) if self._key(n, truth.by_name) in truth.frames]
+        if not numbers:
+            named = [Path(str(key)) for key in truth.frames]
+            raise ConfigError(none_in_common(str(path), named, self._session.stills))
         setups = {"before": self._session.setup, "after": self.tried} if self._changes else {"now": self._session.setup}
         runs = []
         for i, (name, setup) in enumerate(setups.items()):

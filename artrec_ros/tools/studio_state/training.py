@@ -16,8 +16,8 @@ from ...core.ways import FACING, SPACE, way_of
 from ...io.learned.annotations import load_coco
 from ...io.learned.constraints import save_constraints
 from ...io.learned.marked_scales import marked_scales
+from ..colour_report import are_few, scale_limits, scale_line
 from ..colour_report import report as report_colours
-from ..colour_report import scale_limits, scale_line
 from ..train import Training, train
 from ..training.train_report import report
 from .colour_marks import ColourMarks
@@ -132,14 +132,27 @@ def learn_colours(
     return LearnedColours(right, tuple(lines))
 
 
-def keep_scale_limits(session: Session, examples: Examples) -> tuple[float, float]:
-    """The limits of the scale that the examples suggest, px/m, written. :raises ConfigError: no example is marked."""
+@dataclass(frozen=True)
+class KeptScales:
+    """:param low, high: the limits, px/m. :param few: how many objects they rest on, where these are few; else 0."""
+
+    low: float
+    high: float
+    few: int = 0
+
+    def __str__(self) -> str:
+        rest = f"; they rest on {self.few} alone: mark nearer and farther ones, and press again" if self.few else ""
+        return f"recognizer.min_scale {self.low} and max_scale {self.high} px/m are kept{rest}"
+
+
+def keep_scale_limits(session: Session, examples: Examples) -> KeptScales:
+    """The limits of the scale that the examples suggest, written. :raises ConfigError: no example is marked."""
     if not examples.objects:
         raise ConfigError("no example is marked yet: draw the axes of some objects")
-    low, high = scale_limits(marked_scales([examples.path], session.setup.targets))
-    limits = float(f"{low:.4g}"), float(f"{high:.4g}")
-    session.keep({"recognizer.min_scale": limits[0], "recognizer.max_scale": limits[1]})
-    return limits
+    scales = marked_scales([examples.path], session.setup.targets)
+    low, high = (float(f"{limit:.4g}") for limit in scale_limits(scales))
+    session.keep({"recognizer.min_scale": low, "recognizer.max_scale": high})
+    return KeptScales(low, high, len(scales) if are_few(scales) else 0)
 
 
 def unread(session: Session, target: Target) -> str:

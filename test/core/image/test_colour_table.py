@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.core.image.colour_table import colour_table
+from artrec_ros.core.image.colour_table import colour_table, named
 from artrec_ros.core.image.segmentation import Segmenter, _wiener, deblur, filtered, sharpen, unblur
 
 RED, BLUE, GREEN, WHITE, SKY = (200, 40, 45), (40, 65, 170), (50, 140, 45), (215, 215, 215), (75, 180, 230)
@@ -24,6 +24,24 @@ CHROMATIC = [(RED, 1), (BLUE, 2), (GREEN, 3), (SKY, 5)]
 GREY = (75, 72, 72)
 SEGMENTER = Segmenter(ImageConfig(kind="colour", classes=CLASSES, background=GREY))
 BARE = Segmenter(ImageConfig(kind="colour", classes={k: c for k, c in CLASSES.items() if k != "white"}))
+
+
+def test_few_colours_are_named_as_the_table_names_them() -> None:
+    codes = np.random.default_rng(0).integers(0, 1 << 16, 3000).astype(np.uint16)
+    gold = ClassConfig(label=7, hue=(40.0, 50.0), saturation=(0.5, 1.0))  # one class of ranges, and two of one label
+    twice = ClassConfig(label=2, rgb=(20, 20, 90))
+    config = ImageConfig(kind="colour", classes={**CLASSES, "gold": gold, "navy": twice}, background=GREY)
+    table, meaning = colour_table(config)
+    labels = meaning.label[table]
+    assert {*range(8)} - {6} == {*labels.tolist()}
+    np.testing.assert_array_equal(named(config, codes), labels[codes])
+
+
+def test_who_sharpens_otherwise_has_the_same_table() -> None:
+    plain, sharpened = (ImageConfig(kind="colour", classes=CLASSES, sharpen_px=radius) for radius in (0, 1))
+    assert colour_table(plain)[0] is colour_table(sharpened)[0]
+    other = ImageConfig(kind="colour", classes=CLASSES, noise=2 * plain.noise)
+    assert (colour_table(other)[0] != colour_table(plain)[0]).any()
 
 
 def field(rgb: tuple[float, ...], shape: tuple[int, int] = (40, 60)) -> np.ndarray:

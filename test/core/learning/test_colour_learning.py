@@ -14,7 +14,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.learning import colour_learning
 from artrec_ros.core.learning.colour_learning import (
     Learned,
-    _drawn,
+    _Draw,
     _worth,
     choose_sharpening,
     learn_colours,
@@ -233,8 +233,21 @@ def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
     labels = {"yellow": 1, "violet": 2}
     kept = _worth(learn_colours(samples, labels, ImageConfig()), labels)
     tried = itertools.product(range(LearningConfig().draws), LearningConfig().weights_background)
-    draws = [_worth(_drawn(samples, labels, ImageConfig(), (), *each), labels) for each in tried]
+    draws = [
+        _worth(_Draw.of(samples, labels, ImageConfig(), (), seed).learned(labels, ImageConfig(), weight), labels)
+        for seed, weight in tried
+    ]
     assert kept == max(draws) and min(draws) < kept
+
+
+def test_samples_are_looked_at_once_for_all_weights_of_the_background(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Their candidates and likelihoods are the same; a table of all colours is for images, not for samples."""
+    offers = list[object]()
+    of = colour_learning.Offer.of
+    monkeypatch.setattr(colour_learning.Offer, "of", lambda *given: offers.append(of(*given)) or offers[-1])
+    monkeypatch.setattr(colour_learning, "Segmenter", None)
+    learn_colours({"red": shown(RED), "floor": shown(WHITE)}, {"red": 3}, ImageConfig())
+    assert len(offers) == LearningConfig().draws
 
 
 def test_what_is_lost_beside_markers_is_not_made_up_for_elsewhere() -> None:

@@ -17,6 +17,7 @@ from painted import (
 )
 
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.tools.colour_report import scale_limits, scale_line
 from artrec_ros.tools.main import main
 
 
@@ -82,7 +83,8 @@ def test_the_scale_of_what_was_marked_is_told_with_limits(robots: Path, capsys) 
     (line,) = [text for text in capsys.readouterr().out.splitlines() if text.startswith("scale: ")]
     scale = 16 / 0.2
     told = [float(number) for number in re.findall(r"[0-9.]+(?= |$)", line)]
-    assert told == pytest.approx([scale, scale, scale / 1.25, scale * 1.25], rel=1e-3)
+    count, wider = told.pop(2), 1.25 * 2 ** (1 / 6)
+    assert count == 6 and told == pytest.approx([scale, scale, scale / wider, scale * wider], rel=1e-3)
 
 
 def test_colours_go_before_those_of_an_earlier_file_with_other_lights(robots: Path) -> None:
@@ -134,3 +136,19 @@ def test_a_parameter_file_without_objects_tells_of_the_camera(robots: Path, caps
     assert (image.gamma, image.gain_percentile, set(image.classes)) == (1.8, 95.0, {"team", "red", "blue"})
     assert main(["learn-colours", *files]) != 0
     assert "objects" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("scales", "low", "high", "said"),
+    [
+        ([600.0], 240.0, 1500.0, "rests on 1 object (mark nearer and farther ones); much wider"),
+        ([600.0, 600.0], 600 / 1.25 / 2**0.5, 600 * 1.25 * 2**0.5, "rests on 2 objects"),
+        ([300.0, 600.0], 120.0, 1500.0, "rests on 2 objects"),
+        ([500.0] * 9 + [600.0], 400.0, 750.0, "where marked; a quarter wider"),
+    ],
+)
+def test_limits_of_the_scale_are_the_wider_the_fewer_objects_they_rest_on(
+    scales: list[float], low: float, high: float, said: str
+) -> None:
+    assert scale_limits(np.array(scales)) == pytest.approx((low, high))
+    assert said in scale_line(np.array(scales))

@@ -93,6 +93,13 @@ def test_false_detections(tmp_path):
     ]
 
 
+def test_a_false_one_beside_an_object_tells_how_near_it_would_be_right(tmp_path):
+    """A thing's largest marker has 640 px: half of its size is 12.6 px."""
+    beside = found_thing(image=ImagePose(pixel(0) + 15, 59.5, 0, 200))
+    said = "score 0.90: 15 px from an object 'thing', which it would be up to 12.6 px, half of its size"
+    assert ("false", said) in failures(tmp_path, [true_thing()], record(1, beside))
+
+
 def far_off(tmp_path, *poses):
     """What is said of the frames whose things are found in these poses, among five that are found where they are."""
     all_poses = dict(enumerate((*poses, *[Pose(FACING, [0, 0, 1])] * 5), start=1))

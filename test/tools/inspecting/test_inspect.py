@@ -134,6 +134,30 @@ def test_what_cannot_be_read_is_one_line(tmp_path, capsys, name, text, message):
     assert str(tmp_path / name) in problems[0] and message in problems[0]
 
 
+def test_of_a_folder_of_bags_each_is_looked_at(tmp_path, capsys):
+    for name in ("a.bag", "b.bag"):
+        (tmp_path / name).write_text("no bag")
+    code, _, problems = inspect(capsys, tmp_path)
+    assert code == 1 and [p.partition(": ")[2].partition(":")[0] for p in problems] == [
+        str(tmp_path / "a.bag"),
+        str(tmp_path / "b.bag"),
+    ]
+
+
+def test_what_model_warns_of_is_a_warning_here_too(tmp_path, capsys):
+    """It works, and may be meant: scripts that ask for the exit code go on."""
+    text = (CONFIG / "objects/mirosot.yaml").read_text()
+    (tmp_path / "robot.yaml").write_text(text[: text.index("  gv: {left: g")] + "unique: true\n")  # gr alone
+    named = "{classes: [green, red, violet], green: {label: 2}, red: {label: 3}, violet: {label: 4}, kind: labels}"
+    (tmp_path / "params.yaml").write_text(
+        "/**:\n  ros__parameters:\n    objects: [robot]\n    robot: {object_file: robot.yaml, label: 1}\n"
+        f"    image: {named}\n"
+    )
+    code, printed, problems = inspect(capsys, tmp_path / "params.yaml")
+    assert code == 0 and not problems
+    assert "robot: no identity has the class 'r', 'v' for 'left'" in printed and "\nwarning: " in printed
+
+
 def test_an_empty_folder_is_told(tmp_path, capsys):
     code, _, problems = inspect(capsys, tmp_path)
     assert code == 1 and "neither a bag, nor images" in problems[0]

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import re
 import socket
 import sys
+import threading
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
 from studio_person import BROWSER, Person, studio
 from studio_pictures import SIZE, Pictures
 
+from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.learned.annotations import load_coco
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.results.results import read_results
@@ -228,3 +232,36 @@ def test_options_that_make_no_sense_are_wrong_usage(
 ) -> None:
     assert main(["studio", "pictures", "--params-file", "robots.yaml", option, value]) == 2
     assert option in capsys.readouterr().err
+
+
+@needs_page
+@pytest.mark.parametrize("job", ["ends", "fails"])
+def test_work_whose_window_is_closed_meanwhile_ends_quietly(job: str) -> None:
+    """What it would say has no page to be said on: NiceGUI raised, and the terminal showed where."""
+    from nicegui import Client, core
+    from nicegui.page import page
+
+    from artrec_ros.tools.studio_pages.kit import Busy
+
+    closed, done = threading.Event(), list[str]()
+
+    def work() -> None:
+        assert closed.wait(60)
+        done.append(job)
+        if job == "fails":
+            raise ConfigError("it cannot be written")
+
+    async def press() -> None:
+        core.loop = asyncio.get_running_loop()
+        window = Client(page("/"), request=None)
+        with window:
+            pressed = asyncio.create_task(Busy().work("learning", work))
+            await asyncio.sleep(0.1)
+            window.delete()
+            closed.set()
+            with pytest.raises(asyncio.CancelledError):
+                await pressed
+
+    with ThreadPoolExecutor(1) as aside:  # this thread's loop is the browser's
+        aside.submit(asyncio.run, press()).result()
+    assert done == [job]

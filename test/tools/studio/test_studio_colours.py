@@ -13,6 +13,7 @@ from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.io.sources.opening import SourceOptions
 from artrec_ros.tools.main import main
+from artrec_ros.tools.studio_state import colour_marks
 from artrec_ros.tools.studio_state.colour_marks import BACKGROUND, ColourMarks, box_between, patch_around
 from artrec_ros.tools.studio_state.examples import Examples
 from artrec_ros.tools.studio_state.session import Session, load_setup
@@ -64,6 +65,20 @@ def test_a_preview_shows_the_classes_that_have_enough(pictures: Pictures, tmp_pa
     assert preview.learned is not None and list(preview.learned.image.classes) == ["team"]
     with pytest.raises(ConfigError, match="class 'accent': 0 pixels"):
         marks.learn()
+
+
+def test_what_was_learned_is_kept_while_the_marks_are_the_same(
+    pictures: Pictures, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Learning takes seconds, on a busy machine a minute."""
+    session, asked = begun(pictures, tmp_path / "studio"), list[int]()
+    learn = colour_marks.learn_from
+    monkeypatch.setattr(colour_marks, "learn_from", lambda *given: asked.append(1) or learn(*given))
+    marks = mark_colours(pictures, session)
+    shown = marks.preview().learned
+    assert marks.preview().learned is shown is marks.learn() and len(asked) == 1
+    marks.remove(marks.patches[-1])
+    assert marks.preview().learned is not shown and len(asked) == 2
 
 
 def test_marks_are_there_again_in_the_next_sitting(pictures: Pictures, tmp_path: Path) -> None:

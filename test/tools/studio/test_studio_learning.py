@@ -81,10 +81,11 @@ def test_examples_give_colours_and_limits_of_the_scale(pictures: Pictures, taugh
     arguments = ["--annotations", str(examples.path), "--params-file", str(pictures.parameters)]
     assert main(["learn-colours", *arguments, "-o", str(written)]) == 0
     assert written.read_text() == (session.folder / "colours.yaml").read_text()
-    low, high = keep_scale_limits(session, examples)
+    limits = keep_scale_limits(session, examples)
     kept = load_parameters(session.parameters).recognizer
-    assert (kept.min_scale, kept.max_scale) == (low, high)
-    assert f"recognizer.min_scale {low:.4g} and max_scale {high:.4g}" in learned.lines[-1]
+    assert (kept.min_scale, kept.max_scale) == (limits.low, limits.high)
+    assert f"recognizer.min_scale {limits.low:.4g} and max_scale {limits.high:.4g}" in learned.lines[-1]
+    assert str(limits).endswith("they rest on 6 alone: mark nearer and farther ones, and press again")
 
 
 @pytest.fixture

@@ -47,6 +47,15 @@ def test_scores_are_those_of_frames_marked_by_hand(pictures: Pictures, taught: S
     assert any("after" in line for line in settings.scored(lambda share: None))
 
 
+def test_a_change_that_changes_nothing_is_told(pictures: Pictures, taught: Session, tmp_path: Path) -> None:
+    settings = Settings(again(taught, tmp_path, pictures))
+    settings.change("recognizer.min_probability", 0.5)
+    assert settings.unread() == []
+    settings.change("recognizer.min_match", 0.5)  # robots are found as a whole
+    (line,) = settings.unread()
+    assert line.startswith("recognizer.min_match changes nothing")
+
+
 @pytest.mark.parametrize(("text", "values"), [("1, 2", [1, 2]), ("[0.5, a]", [0.5, "a"]), ("", [])])
 def test_lists_are_read_as_people_write_them(text: str, values: list[object]) -> None:
     assert read_list(text) == values

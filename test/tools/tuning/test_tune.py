@@ -52,6 +52,17 @@ def command(world: Path, out: Path, *options: str, trials: int = TRIALS) -> list
     return ["tune", str(world / "sim" / "bag"), *truth, *files, "-o", str(out), "--trials", str(trials), *options]
 
 
+def test_what_is_searched_in_vain_is_told_before_it_runs(world, tmp_path, capsys, monkeypatch):
+    """A lamp of two dimensions is found in the image plane, which reads no probabilities of poses."""
+    space = {"format": "artrec_search/1", "parameters": {"recognizer.min_probability": {"low": 0.1, "high": 0.9}}}
+    (tmp_path / "space.yaml").write_text(yaml.safe_dump(space))
+    monkeypatch.setattr("artrec_ros.tools.tune._tune", lambda *_: True)
+    options = ["--search", str(tmp_path / "space.yaml")]
+    assert main(command(world, tmp_path / "out", *options)) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "min_probability" in line]
+    assert len(told) == 1 and told[0].startswith("warning: recognizer.min_probability changes nothing here")
+
+
 def test_what_a_bag_lacks_is_told(world, tmp_path, capsys):
     cut = tmp_path / "sim"
     shutil.copytree(world / "sim", cut)

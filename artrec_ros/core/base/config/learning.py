@@ -67,7 +67,7 @@ class LearningConfig(Room):
         "draws of samples that reference colours are learned from with each weight of the background; the best is kept",
         low=1,
         high=1000,
-        origin="with overhead robots two draws of six lost half of a class's pixels; half a second each",
+        origin="with overhead robots two draws of six lost half of a class's pixels; a tenth of a second each",
     )
     clusters_background: int = param(
         20,

@@ -1,6 +1,7 @@
 """Many flat objects that face the camera: more than there are names, and such as touch one another."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -86,6 +87,7 @@ def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels(
 
     class Alone(tuple):
         probability = property(lambda self: probability)
+        claims = SimpleNamespace(votes=np.ones(2))
 
     class Asked:
         def verdicts(self, finder, poses, frame):

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, rotation_from_rotvec, short_way
 from ..image.image_frame import ImageFrame
-from .exchanges import LIKE, OFF
+from .exchanges import OFF, may_be_taken_for
 from .finder import WholeObjectFinder
 from .poses import Poses
 from .surface_model import SpatialModel
@@ -38,7 +38,8 @@ class Bent(NamedTuple):
 class _Steps(NamedTuple):
     """By how much a joint is moved on for like markers to lie on each other.
 
-    :ivar by: (K,) radians or metres. :ivar on: (K, m, m) bool: which marker then lies where which other one does.
+    :ivar markers: (m,) those that it alone carries, among all markers. :ivar by: (K,) radians or metres.
+    :ivar on: (K, m, m) bool: which of them then lies where which other one does.
     """
 
     markers: NDArray[np.int64]
@@ -61,11 +62,14 @@ class AlongJoints:
 
     def _of_one(self, frame: ImageFrame, pose: Poses, seen: Collection[int]) -> Bent:
         stays, variance, model = dict[str, float](), dict[str, float](), self._finder.surface.model
-        for j in self._steps if not frame.deadline.expired else ():
-            others = self._others(frame.unhurried(), pose, j, np.isin(self._component, list(seen)))
+        if not self._steps or frame.deadline.expired:
+            return Bent(stays, variance)
+        frame, shown = frame.unhurried(), np.isin(self._component, list(seen))
+        for j in self._steps:
+            others = self._others(frame, pose, j, shown)
             if not len(others):
                 continue
-            log_odds = turn_odds(self._finder, frame.unhurried(), pose[np.zeros(len(others), int)], others)
+            log_odds = turn_odds(self._finder, frame, pose[np.zeros(len(others), int)], others)
             doubt = np.exp(np.minimum(log_odds, 0.0))
             doubt /= 1 + doubt.sum()
             for c in np.flatnonzero(self._kin.moves[:, j]).tolist():
@@ -105,16 +109,11 @@ def _steps(surface: SpatialModel, j: int) -> _Steps:
     """Those of a joint by which some of the markers that it alone carries lie on like ones, but not all of them do:
     after a whole step of a wheel nothing differs."""
     kin, component = surface.kinematics, surface.component[surface.markers]
-    rigid = kin.rigid_to(int(kin.carried[j]))
-    rigid[kin.carried[j]] = True
-    markers = np.flatnonzero(rigid[component])
-    patches, area = surface.markers[markers], surface.area[surface.markers[markers]]
-    labels = [set(surface.patches[p].labels) for p in patches.tolist()]
-    like = np.array([[bool(a & b) for b in labels] for a in labels], bool).reshape(len(labels), len(labels))
-    like &= (area / area[:, None] > LIKE[0]) & (area / area[:, None] < LIKE[1]) & ~np.eye(len(labels), dtype=bool)
-    frames = kin.in_object(kin.middle[None])
+    markers = np.flatnonzero((kin.moves[component] == kin.moves[kin.carried[j]]).all(axis=1))
+    patches, frames = surface.markers[markers], kin.in_object(kin.middle[None])
+    like = may_be_taken_for(surface, patches) & ~np.eye(len(patches), dtype=bool)
     at = surface.place(frames, surface.centre[patches], component[markers])[0] - frames.origin[0, j]
-    near, axis, turns = OFF * np.sqrt(area), frames.axis[0, j], bool(kin.revolute[j])
+    near, axis, turns = OFF * np.sqrt(surface.area[patches]), frames.axis[0, j], bool(kin.revolute[j])
     normal = (frames.R[0, component[markers]] @ surface.normal[patches][..., None])[..., 0]
     tried, found = [_between(axis, at[n], at[m], turns) for n, m in np.argwhere(like)], list[float]()
     on = list[NDArray[np.bool_]]()

@@ -21,6 +21,14 @@ _SAME = 1e-3  # of sizes and places: what differs by less is the same, and nothi
 _Points = NDArray[np.complex128]  # x + iy in the object's plane
 
 
+def may_be_taken_for(surface: SpatialModel, markers: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(M, M) which of some of a surface's patches (M,) may be of each other's class and are about as large."""
+    area, labels = surface.area[markers], [set(surface.patches[p].labels) for p in markers.tolist()]
+    ratio = area / area[:, None]
+    same = np.array([[bool(a & b) for b in labels] for a in labels], bool).reshape(ratio.shape)
+    return np.asarray(same & (ratio > LIKE[0]) & (ratio < LIKE[1]))
+
+
 class Placements:
     """Ways to lay a flat object otherwise, in its plane.
 

@@ -58,12 +58,13 @@ class FacingGuesser:
     ) -> None:
         """:param turns: directions that are tried; None: as configured."""
         part, labels = model.components[component], surface.labels[component]
-        votes = {label: _votes(surface, label, part.body_labels) for label in labels}
+        roles = {n: (surface.roles.inside((n,)), surface.roles.ring((n,), part.body_labels)) for n in labels}
+        table = surface.roles.table
         self._config, self._surface, self._component, self._markers = config, surface, component, part.markers
         views = [view_bank(m, config.guesses, facing=True) for m in part.markers]
         self._banks = {
-            label: [ViewBank(v, inside, ring, surface.limits, config.guesses) for v in views]
-            for label, (inside, ring) in votes.items()
+            label: [ViewBank(v, table[inside], table[ring], surface.limits, config.guesses) for v in views]
+            for label, (inside, ring) in roles.items()
         }
         self._turns = turns or config.facing.turns
         self.labels, self.bends = labels, Bends(surface, component, config.guesses.joint_draws)
@@ -175,13 +176,6 @@ class FacingGuesser:
         depth = camera.focal_px / T[:, 3]
         t = np.column_stack([(T[:, :2] - camera.matrix[:2, 2]) * depth[:, None] / camera.focal_px, depth])
         return Poses(roll @ R_marker, t + roll @ origin, np.tile(self.bends.q[0], (len(T), 1)))
-
-
-def _votes(surface: SpatialModel, label: int, body: tuple[int, ...]) -> tuple[Array, Array]:
-    """(256,) of pixels on and around a marker of one class."""
-    roles = surface.roles.inside((label,)), surface.roles.ring((label,), body)
-    inside, ring = surface.roles.table[list(roles)]
-    return inside, ring
 
 
 def _within(frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> Array:

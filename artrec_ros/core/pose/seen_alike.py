@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..geometry.polygons import distance_to_outline
 from ..model.surface import sample_contour
-from .exchanges import LIKE, OFF, STRETCH, Placements
+from .exchanges import OFF, STRETCH, Placements, may_be_taken_for
 from .lookalikes import turns_onto_itself
 from .surface_model import SpatialModel
 
@@ -39,13 +39,10 @@ class SeenAlike:
         frames, patches = kin.in_object(kin.middle[None]), [surface.patches[p] for p in markers.tolist()]
         self._is_moved = kin.moves[self._component].any(axis=1)
         self._markers = [p.marker for p in patches]
-        self._area, labels = surface.area[markers], [set(p.labels) for p in patches]
+        self._area, self._like = surface.area[markers], may_be_taken_for(surface, markers)
         drawn = [_plane(surface.place(frames, p.drawn, np.full(len(p.drawn), p.component))[0]) for p in patches]
         self._at = np.array([points[0] for points in drawn])
         self._outlines = [points[3:] - points[0] for points in drawn]
-        ratio = self._area / self._area[:, None]
-        same = np.array([[bool(a & b) for b in labels] for a in labels], bool).reshape(ratio.shape)
-        self._like = same & (ratio > LIKE[0]) & (ratio < LIKE[1])
         self._known = dict[frozenset[int], Placements]()
 
     def of(self, seen: Collection[int]) -> Placements:

@@ -50,6 +50,9 @@ class ThreePoints:
     def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
         self._surface, self._config, self._kin = surface, config.middles, surface.kinematics
         self._ratio = config.verdict.left_over_ratio
+        first = {surface.markers_of[c][0] for c in surface.solids}
+        one_each = [p for p in surface.markers if surface.component[p] not in surface.solids or p in first]
+        self._markers = np.array(one_each, np.int64)  # of a solid's sides the first, which stands for all of it
         self._at, self._half, self._normal = self._placed()
         _, self._area = surface.sides.blobs
         # what looks much the same from all sides
@@ -130,21 +133,20 @@ class ThreePoints:
         return self._surface.labels[self._surface.component[patch]]
 
     def _placed(self) -> tuple[Array, Array, Array]:
-        """(P, 3) each: middles of markers, from there to one of their ends, and normals, in the object; rows of other
-        patches are 0. Of a solid's sides its own middle and end."""
+        """(P, 3) each: middles of markers, from there to one of their ends, and normals, in the object; of solids their
+        own middles and ends. Rows of other patches are 0."""
         surface, (frames, of) = self._surface, (self._kin.in_object(self._kin.middle[None]), self._surface.component)
         at, half, normal = np.zeros((3, len(surface.patches), 3))
-        for p in surface.markers.tolist():
+        middles, _ = surface.sides.blobs
+        for p in self._markers.tolist():
             patch, R, t = surface.patches[p], frames.R[0, of[p]], frames.t[0, of[p]]
-            at[p], normal[p] = R @ patch.drawn[0] + t, R @ patch.normal
-            if patch.marker is not None and patch.marker.T_component_marker is not None:
+            at[p], normal[p] = R @ middles[p] + t, R @ patch.normal
+            if of[p] in surface.solids:
+                half[p] = R @ self._end(surface.markers_of[of[p]])
+            elif patch.marker is not None and patch.marker.T_component_marker is not None:
                 along = long_axis(patch.marker.outline)
                 if along.ratio > self._config.elongated:
                     half[p] = R @ patch.marker.T_component_marker.rotation @ np.append(along.half, 0.0)
-        middles, _ = surface.sides.blobs
-        for c in surface.solids:
-            sides, R, t = surface.markers_of[c], frames.R[0, c], frames.t[0, c]
-            at[sides], half[sides] = R @ middles[sides[0]] + t, R @ self._end(sides)
         return at, half, normal
 
     def _end(self, sides: NDArray[np.int64]) -> Array:
@@ -163,10 +165,7 @@ class ThreePoints:
     def _widest(self) -> list[_Three]:
         """Those few threes of points of markers that are rigid to each other and seen from one side that span most:
         three middles before ends."""
-        solids, component = self._surface.solids, self._surface.component
-        first = {self._surface.markers_of[c][0] for c in solids}
-        markers = np.array([p for p in self._surface.markers if component[p] not in solids or p in first], np.int64)
-        moves = self._kin.moves[component]
+        markers, moves = self._markers, self._kin.moves[self._surface.component]
         seen_at_once = (self._normal @ self._normal.T > 0) | self._is_round | self._is_round[:, None]
         together = (moves[:, None] == moves).all(axis=2) & seen_at_once
         long = markers[self._half[markers].any(axis=1)].tolist()

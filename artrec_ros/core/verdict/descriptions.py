@@ -56,8 +56,8 @@ class Describer:
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         rest = at_rest(self.finder, mine, verdicts, frame)
         told = self._told(self._parts(rest.verdicts, rest.poses, frame, {}))
-        seen, said = self._seen(rest.verdicts, told), (alone.probability, alone.claims.votes)
-        surplus = self._identifier.surplus(frame, rest.poses, seen, *said)
+        seen = self._seen(rest.verdicts, told)
+        surplus = self._identifier.surplus(frame, rest.poses, seen, alone.probability, alone.claims.votes)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         left_out = [alone[i] for i in none_left]  # as they were compared
         if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again
@@ -82,8 +82,8 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(finder, verdicts, among, frame)
         first = self._first_in_their_places(rest)
-        anew = {id(verdict): again for verdict, again in zip(verdicts, rest.verdicts, strict=True)}
-        among = [anew.get(id(v), v) for v in among]
+        anew = dict(zip(verdicts, rest.verdicts, strict=True))
+        among = [anew.get(v, v) for v in among]
         rest, found = rest.of(first), [verdicts[n] for n in first]
         poses, verdicts = rest.poses, rest.verdicts
         parts_of = self._parts(verdicts, poses, frame, judged)
@@ -122,8 +122,8 @@ class Describer:
         if layouts is None:
             return detections
         names = self._identifier.numbers(identities)
-        lies = zip(detections, layouts.as_told(names).tolist(), (id(v) in refused for v in found), strict=True)
-        detections = [as_it_lies(d, p) if otherwise_none else d for d, p, otherwise_none in lies]
+        lies = zip(detections, layouts.as_told(names).tolist(), found, strict=True)
+        detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
         if not layouts.by_seen.any():
             return detections
         return beside_other_places(finder, frame.camera, layouts, names, detections)
@@ -134,9 +134,9 @@ class Describer:
 
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict], judged: dict[Verdict, Parts]
-    ) -> tuple[Sequence[Verdict], Sequence[Verdict], Collection[int]]:
+    ) -> tuple[Sequence[Verdict], Sequence[Verdict], Collection[Verdict]]:
         """The same, judged anew where an object that looks almost the same turned otherwise is likelier so, if it is an
-        object so: what all are called together may tell that, too; and `id` of those that are none so.
+        object so: what all are called together may tell that, too; and those that are none so.
 
         :param judged: as of `_as_judged`.
         """
@@ -150,9 +150,9 @@ class Describer:
         layouts = Layouts.around(self.finder, frame, poses, [v.claim.frame for v in verdicts], seen)
         names = self._identifier.numbers(self._identifier.identify(frame, poses, seen, layouts))
         poses, changed = layouts.likelier(names)
-        turned = {id(verdicts[h]): self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
-        anew = {key: v for key, v in turned.items() if self._judge.reason(v) is None}
-        both = [anew.get(id(v), v) for v in verdicts], [anew.get(id(v), v) for v in among]
+        turned = {verdicts[h]: self._judged_at(poses[h : h + 1], verdicts[h]) for h in changed.tolist()}
+        anew = {v: again for v, again in turned.items() if self._judge.reason(again) is None}
+        both = [anew.get(v, v) for v in verdicts], [anew.get(v, v) for v in among]
         return *both, turned.keys() - anew.keys()
 
     def _judged_at(self, pose: Poses, verdict: Verdict) -> Verdict:

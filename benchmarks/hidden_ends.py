@@ -45,9 +45,11 @@ class HiddenRecorder(Recorder):
         super().__init__(NEAR_RAD, NEAR_SHARE)
         vars(other_rests)["turn_odds"] = self._odds
 
-    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any) -> Evidence:
+    def _evidence(
+        self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None
+    ) -> Evidence:
         """Mirrored turns are not recorded."""
-        return self._plain(finder, frame, poses, mirrored)
+        return self._plain(finder, frame, poses, mirrored, component)
 
     def _odds(self, finder: Any, frame: Any, poses: Any, others: Any) -> Array:
         found, odds = evidence(finder, frame, poses, others), turn_odds(finder, frame, poses, others)

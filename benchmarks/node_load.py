@@ -65,16 +65,16 @@ def run_node(arguments: list[str], record: Path, capacity: int) -> int:
     from artrec_ros.node.pipeline import FrameReport
 
     rows = np.full((capacity, 4), -1.0)  # made in full at once: keeping records must not look like growth
-    count = 0
+    count, plain = 0, RecognizerNode.account
 
-    class Measured(RecognizerNode):
-        def account(self, report: FrameReport) -> None:
-            nonlocal count
-            rows[count % capacity] = time.time(), report.latency_ms, report.recognition_ms, report.n_objects
-            count += 1
-            super().account(report)
+    def account(node: RecognizerNode, report: FrameReport) -> None:
+        nonlocal count
+        rows[count % capacity] = time.time(), report.latency_ms, report.recognition_ms, report.n_objects
+        count += 1
+        plain(node, report)
 
-    code = main(arguments, Measured)
+    RecognizerNode.account = account  # type: ignore[method-assign]
+    code = main(arguments)
     np.save(record, rows[:count])
     return code
 

@@ -95,14 +95,14 @@ class SpatialSearch:
         """
         left: list[Task] = []
         frame, todo, number = self._finds.frame, [*self._left_of(whole, queue), *queue], 0
-        ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
+        ahead = self._ahead(crew, look, todo)
         while True:
             while number < len(todo) and not self._is_due(look, todo[number]):
                 number += 1
             if frame is not self._finds.frame:  # what was begun was of other pixels
                 frame, todo, number = self._finds.frame, [*self._left_of(whole, todo[number:]), *todo[number:]], 0
                 ahead.close()
-                ahead = Ahead(crew, partial(_at, look, frame), todo, self._is_wanted)
+                ahead = self._ahead(crew, look, todo)
                 continue
             if number == len(todo):
                 break
@@ -119,6 +119,12 @@ class SpatialSearch:
             number += 1
         ahead.close()
         return left
+
+    def _ahead(self, crew: Crew, look: _Look, todo: Sequence[Task]) -> Ahead[Task, Poses | None]:
+        """Looks at blobs in the frame as it is now. What others begin, and nobody takes, ends when they look at their
+        clock: it would be in the way of the next looks."""
+        frame = self._finds.frame.hurried(1.0)
+        return Ahead(crew, partial(_at, look, frame), todo, self._is_wanted, frame.deadline.give_up)
 
     def _is_due(self, look: _Look, task: Task) -> bool:
         """Whether a blob is to be looked at, and a long look at it is not put off."""

@@ -46,9 +46,12 @@ class Ahead(Generic[_Item, _Result]):
         work: Callable[[_Item], _Result],
         items: Sequence[_Item],
         wanted: Callable[[_Item], bool] = lambda item: True,
+        stop: Callable[[], None] = lambda: None,
     ) -> None:
-        """:param wanted: whether an item will be taken, as far as the caller knows; asked by its own thread."""
-        self._crew, self._work, self._items, self._wanted = crew, work, items, wanted
+        """:param wanted: whether an item will be taken, as far as the caller knows; asked by its own thread.
+        :param stop: have work end that was begun in vain.
+        """
+        self._crew, self._work, self._items, self._wanted, self._stop = crew, work, items, wanted, stop
         self._begun: dict[int, Future[_Result]] = {}
 
     def take(self, number: int) -> _Result:
@@ -64,5 +67,6 @@ class Ahead(Generic[_Item, _Result]):
 
     def close(self) -> None:
         """Nothing more is taken."""
+        self._stop()
         for future in self._begun.values():
             future.cancel()

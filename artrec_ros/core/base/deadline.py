@@ -7,20 +7,27 @@ from collections.abc import Iterator
 
 
 class Deadline:
-    """Monotonic deadline. `hit` tells whether it, or a part of it, stopped anybody."""
+    """Monotonic deadline. `hit` tells whether it, or a part of it, stopped anybody whose work was wanted."""
 
     def __init__(self, budget_s: float = float("inf"), parent: Deadline | None = None) -> None:
         self._end_s = time.perf_counter() + budget_s
         self._parent = parent
+        self._given_up = False
         self.hit = False
 
     @property
     def expired(self) -> bool:
         """Whether the time is over; once true it stays so."""
+        if self._given_up:
+            return True
         if time.perf_counter() < self._end_s:
             return False
         self._note()
         return True
+
+    def give_up(self) -> None:
+        """The time is over for what nobody wants any longer: nothing is missing that it stops."""
+        self._given_up = True
 
     def part(self, share: float) -> Deadline:
         """A deadline after a share of the time that is left, so that later stages get theirs."""

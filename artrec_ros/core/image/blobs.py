@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import accumulate, compress
 from operator import not_
+from typing import Any
 
 import cv2
 import numpy as np
@@ -46,6 +47,11 @@ class Blob:
     cut: NDArray[np.bool_]
     area_px: float
     box: NDArray[np.int64]
+
+    @cached_property
+    def notes(self) -> dict[object, Any]:
+        """What others worked out of it, by who it is that did, as long as its image is looked at."""
+        return {}
 
     @cached_property
     def polygon(self) -> NDArray[np.float32]:

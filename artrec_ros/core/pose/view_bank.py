@@ -33,7 +33,16 @@ class BlobShape:
 
 
 def _blob_shape(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
-    """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2)."""
+    """A blob's contour moved out by a seam, and its anchors at each tolerance (method, step 2); made once for all that
+    align their views with it."""
+    key = BlobShape, seam_px, id(config)
+    if key not in blob.notes:
+        blob.notes[key] = config, _shape_of(blob, seam_px, config)  # while it is noted none else has its number
+    shape: BlobShape = blob.notes[key][1]
+    return shape
+
+
+def _shape_of(blob: Blob, seam_px: float, config: BlobsConfig) -> BlobShape:
     contour = blob.contour + seam_px * blob.normals
     area = blob.area_px + seam_px * len(contour)
     return BlobShape(area, blob_couples(contour, config.tolerances_px(area)), moments_of(contour))

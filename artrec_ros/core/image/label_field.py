@@ -15,7 +15,7 @@ from ..base.config import SeamsConfig
 from ..geometry.pixel_kernels import codes_at
 from ..geometry.transforms import Array
 from .codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
-from .seam_kernels import SILENT, UNTOLD, gaps_px
+from .seam_kernels import SILENT, UNTOLD, gaps_px, marked
 
 _SUBPIXEL_BITS = 4
 _SEAM_PIXELS = 6000  # of a class' border that are looked at: its median is known to a hundredth of a pixel
@@ -218,9 +218,8 @@ class LabelField:
         labels = self.padded_labels.reshape(height + 2, width + 2)
         ends = cv2.compare(cv2.dilate(labels, around), cv2.erode(labels, around), cv2.CMP_NE)
         ends[:edge], ends[-edge:], ends[:, :edge], ends[:, -edge:] = 0, 0, 0, 0
-        places = cv2.findNonZero(ends)  # several times as fast as numpy's
-        columns, rows = (np.empty((0, 2)) if places is None else places).reshape(-1, 2).T.astype(np.int64)
-        borders = rows * (width + 2) + columns
+        flags, borders = ends.ravel(), np.empty(cv2.countNonZero(ends), np.int64)
+        marked(flags, flags[: len(flags) // 8 * 8].view(np.uint64), borders)  # many times as fast as numpy's
         return borders, self.padded_labels[borders]
 
     @property

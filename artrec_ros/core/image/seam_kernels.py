@@ -30,3 +30,22 @@ def gaps_px(padded: Any, mine: Any, means: Any, around: Any, gap_px: Any, out: A
                 break
         count += told
     return count
+
+
+@lean
+def marked(flags: Any, words: Any, out: Any) -> None:
+    """Fill out with the indices of the bytes of flags that are not 0, in their order.
+
+    :param words: eight bytes at a time, as far as they fill some: most are 0 together.
+    """
+    count = 0
+    for w in range(len(words)):
+        if words[w] != 0:
+            for i in range(8 * w, 8 * w + 8):
+                if flags[i] != 0:
+                    out[count] = i
+                    count += 1
+    for i in range(8 * len(words), len(flags)):
+        if flags[i] != 0:
+            out[count] = i
+            count += 1

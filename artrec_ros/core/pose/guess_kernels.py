@@ -10,6 +10,8 @@ import numpy as np
 from ..base.jit import LANES, inlined, lean
 from ..geometry.pixel_kernels import LabelView, padded_pixel
 
+SLACK = 1e-6  # votes: more than rounding makes a bound smaller than what it bounds
+
 
 class BankArrays(NamedTuple):
     """V views of a marker."""
@@ -106,12 +108,25 @@ def offer(
     return value
 
 
+@lean
+def note(most: Any, value: float) -> None:
+    """Put a score among the best ones (N,), best first."""
+    i = len(most) - 1
+    if not value > most[i]:
+        return
+    while i > 0 and most[i - 1] < value:
+        most[i] = most[i - 1]
+        i -= 1
+    most[i] = value
+
+
 class Kept(NamedTuple):
     """The best K similarities of each view, best first; and room to read them in order."""
 
     T: Any  # (V, K, 4)
     score: Any  # (V, K), -inf: none
     next: Any  # (V,)
+    most: Any  # (N,) the scores of the best N of all views so far, best first
 
 
 @lean
@@ -144,9 +159,10 @@ def best_alignments(
     (p1, p2), of which both contours' run the same way round. Says how many have `least_share` of the best one's score,
     which may be fewer than N.
 
-    :param at: scratch, see `score_similarity`; kept: scratch.
+    :param at: scratch, see `score_similarity`; kept: scratch, `most` as long as T.
     """
     kept.score[:] = -np.inf
+    kept.most[:] = -np.inf
     best = 0.0
     for v in range(len(m.area)):
         k = math.sqrt(moments.area_px / m.area[v])
@@ -157,8 +173,10 @@ def best_alignments(
             a, b = k * math.cos(theta), k * math.sin(theta)
             x, y = m.centroid[v, 0], m.centroid[v, 1]
             x0, y0 = moments.x - a * x + b * y, moments.y - b * x - a * y
-            wanted = least_share * best
-            best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
+            wanted = max(least_share * best, kept.most[-1] - SLACK)
+            value = offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v])
+            best = max(best, value)
+            note(kept.most, value)
     for v in range(len(m.area)):
         low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
         for i in range(n):
@@ -174,6 +192,8 @@ def best_alignments(
                 if not (low * low < a * a + b * b < high * high):
                     continue
                 x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                wanted = least_share * best
-                best = max(best, offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v]))
+                wanted = max(least_share * best, kept.most[-1] - SLACK)
+                value = offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v])
+                best = max(best, value)
+                note(kept.most, value)
     return in_order(kept, least_share * best, T, score, of)

@@ -106,7 +106,9 @@ class ViewBank:
         (x, y), turn = shape.moments
         moments = guessing.Moments(x, y, turn, shape.area_px)
         n_views = len(self._perimeter)
-        each = guessing.Kept(np.empty((n_views, most, 4)), np.empty((n_views, most)), np.empty(n_views, np.int64))
+        each = guessing.Kept(
+            np.empty((n_views, most, 4)), np.empty((n_views, most)), np.empty(n_views, np.int64), np.empty(most)
+        )
         T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
         at, view = np.empty(max(bank.contour.shape[2], LANES), np.int32), frame.view
         least_share = float(self._config.least_share)

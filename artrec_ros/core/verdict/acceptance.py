@@ -96,6 +96,8 @@ def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
 
     :param confirmed: (H, C)
     """
+    if not surface.choices.any():
+        return np.ones(len(confirmed))
     mean = confirmed @ surface.choices / np.maximum(confirmed.sum(axis=1), 1)
     return np.asarray(np.exp(mean), np.float64)
 

@@ -1,4 +1,4 @@
-"""Why an image leaves no blob in which an object could be looked for."""
+"""Why an image leaves no blob in which an object could be looked for, or none of its required component."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ from .model.found import Rejection
 from .model.target import Target
 
 NO_PIXEL = "no pixel of the image"
+_SPECK = 0.5  # of the least that is looked at: beside blobs of others, what has less is noise
 
 
 def blobless(
     labels: NDArray[np.uint8], targets: Sequence[Target], min_blob_px: float, blank: tuple[int, ...], scene: Scene
 ) -> Iterator[Rejection]:
-    """The reason for each object of which there would be something to see. To be asked where no blob was found.
+    """The reason for each object of which there would be something to see. To be asked of those of which no blob was
+    found.
 
     :param labels: (H, W) class number per pixel. :param blank: ignored rectangles x,y,width,height,...
     """
@@ -29,6 +31,19 @@ def blobless(
             yield Rejection(target.name, left_out)
         else:
             yield from _small_or_outside(target.name, np.isin(labels, list(target.labels)), min_blob_px, scene)
+
+
+def rootless(
+    labels: NDArray[np.uint8], targets: Sequence[Target], min_blob_px: float, scene: Scene
+) -> Iterator[Rejection]:
+    """The same of objects of whose required component no blob was found, where others were: what of it is as good as
+    large enough."""
+    for target in targets:
+        mask = np.isin(labels, list(target.root_labels))
+        least_px = _SPECK * min_blob_px
+        yield from _small_or_outside(
+            target.name, mask, min_blob_px, scene, "its required component's classes", least_px
+        )
 
 
 def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> str:
@@ -42,19 +57,27 @@ def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> s
     return "" if scene.inside(np.column_stack([columns, rows])).any() else f"scene.region leaves {NO_PIXEL}"
 
 
-def _small_or_outside(name: str, mask: NDArray[np.bool_], min_blob_px: float, scene: Scene) -> Iterator[Rejection]:
+def _small_or_outside(
+    name: str,
+    mask: NDArray[np.bool_],
+    min_blob_px: float,
+    scene: Scene,
+    classes: str = "its classes",
+    least_px: float = 0.0,
+) -> Iterator[Rejection]:
+    """:param least_px: what is smaller than this is not told of."""
     count, _, stats, middles = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
     if count == 1:  # the background alone
         return
     areas, middles = stats[1:, cv2.CC_STAT_AREA], middles[1:]
     inside = scene.inside(middles)
-    reason = f"all {len(areas)} blobs of its classes lie outside scene.region"
+    reason = f"all {len(areas)} blobs of {classes} lie outside scene.region"
     if inside.any():
         areas, middles = areas[inside], middles[inside]
-        if areas.max() >= min_blob_px:  # it was not looked at for want of time
+        if areas.max() >= min_blob_px or areas.max() < least_px:  # the former was not looked at for want of time
             return
         reason = (
-            f"{len(areas)} blobs of its classes, the largest of {areas.max()} pixels, fewer than "
+            f"{len(areas)} blobs of {classes}, the largest of {areas.max()} pixels, fewer than "
             f"recognizer.min_blob_px {min_blob_px:g}"
         )
     x, y = middles[areas.argmax()].tolist()

@@ -61,11 +61,12 @@ class LeftOverLooks:
         recall: Recall,
     ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
-        is sure, and where balls lie that are told otherwise."""
+        is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
+        have a limb that is not, and no other depth makes another object of what is left."""
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
         own = [v for v in accepted if v.claim.finder.target is finder.target]
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
-        doubtful = {v for v in own if left_overs.is_in_doubt(_seen(v))}
+        doubtful = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
         mine = [v for v in own if v in doubtful or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
         for verdict, left in self._left(finder, mine, frame, accepted, blobs):
             if verdict in doubtful or left_overs.is_sure(left, blobs):

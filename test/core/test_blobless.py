@@ -15,6 +15,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 
 SIZE = (420, 240)
+OTHER_RED = RED + 1
 EMPTY = np.zeros(SIZE[::-1], np.uint8)
 SEEN = render(SIZE, crane(), [crane_placed(150, 110, 0.2, 55)], RED)
 
@@ -52,3 +53,17 @@ def test_of_an_image_with_blobs_nothing_is_told():
         SEEN
     )
     assert not result.blobless and len(result.detections) == 1
+
+
+def test_a_required_component_too_small_is_told_beside_blobs_of_others():
+    image = np.zeros(SIZE[::-1], np.uint8)
+    image[20:60, 20:60], image[100:102, 100:103] = RED, OTHER_RED
+    targets = [Target("crane", crane(), RED, CRANE), Target("small", crane(), OTHER_RED, replace(CRANE))]
+    result = Recognizer(targets, RecognizerConfig(), Segmenter(ImageConfig())).recognize(image)
+    assert not result.blobless
+    (told,) = [r for r in result.rejected if r.object == "small"]
+    assert "1 blobs of its required component's classes, the largest of 6 pixels, fewer than" in told.reason
+    image[100:102, 100:103] = 0
+    image[100, 100:103] = OTHER_RED  # noise
+    result = Recognizer(targets, RecognizerConfig(), Segmenter(ImageConfig())).recognize(image)
+    assert not [r for r in result.rejected if r.object == "small"]

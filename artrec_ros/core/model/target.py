@@ -26,6 +26,11 @@ class Target:
         return frozenset(label for c in self.model.components for label in c.labels(self.label))
 
     @property
+    def root_labels(self) -> frozenset[int]:
+        """The same of its required component's."""
+        return frozenset(self.model.required.labels(self.label))
+
+    @property
     def on_bodies(self) -> frozenset[int]:
         """The same, where a body of no known class may show beyond markers' outlines; else none."""
         if not any(c.bodies and not c.body_labels for c in self.model.components):

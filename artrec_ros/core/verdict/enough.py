@@ -15,6 +15,7 @@ from .verdicts import Verdict
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
 _BY_CHANCE = "chance makes such an object of so many like patches"
+_NOTHING_TOLD = "none of its components is sure enough to be told"
 _NOT_LISTED = "the classes that its components show are those of none of its identities"
 
 
@@ -49,6 +50,8 @@ def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None
         return too_low(d.there, judge.min_probability, why)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
+    if not seen:
+        return _NOTHING_TOLD
     if len(seen) < wanted:
         return f"{len(seen)} of its components are sure enough to be told, {wanted} are wanted"
     return NO_DIRECTION if finder.facing and model.needs_another and _is_lone_disc(d, model) else None

@@ -14,6 +14,7 @@ from ...core.pose.exchanges import Exchanges
 from ...core.pose.poses import Poses
 from ...core.pose.surface_model import SpatialModel
 
+_SAME_M = 5e-4  # no nearer do object files tell places
 _ANY = 1  # label: turns are the same, whatever the class
 
 
@@ -23,21 +24,28 @@ def turned_identities(model: ObjectModel) -> Iterator[str]:
     if not model.identities or not model.is_flat or not model.is_spatial:
         return
     identities, told = {i.name: dict(i.classes) for i in identities_of(model)}, set[frozenset[str]]()
-    for degrees, goes_to in _exchanged(model):
+    for degrees, goes_to, off_m in _exchanged(model):
         for name, classes in identities.items():
             turned = {goes_to[c]: label for c, label in classes.items()}
             for other, theirs in identities.items():
                 if other != name and turned == theirs and frozenset((name, other)) not in told:
                     told.add(frozenset((name, other)))
-                    yield (
-                        f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees: nothing tells which of the "
-                        "two it is; list one of them"
-                    )
+                    yield _as_told(name, other, degrees, off_m)
 
 
-def _exchanged(model: ObjectModel) -> Iterator[tuple[float, Mapping[str, str]]]:
-    """By how many degrees an object may be turned for each of its markers to lie on a like one, and on which component
-    each then lies."""
+def _as_told(name: str, other: str, degrees: float, off_m: float) -> str:
+    if off_m < _SAME_M:
+        turned = f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees"
+        return f"{turned}: nothing tells which of the two it is; list one of them"
+    return (
+        f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees, but for places that differ by "
+        f"{1e3 * off_m:.0f} mm at most: these alone tell which of the two it is, where images show as much"
+    )
+
+
+def _exchanged(model: ObjectModel) -> Iterator[tuple[float, Mapping[str, str], float]]:
+    """By how many degrees an object may be turned for each of its markers to lie on a like one, on which component each
+    then lies, and how far apart the two are at most, metres."""
     surface = SpatialModel(model, _ANY, VotesConfig())
     turns, markers = Exchanges(surface), surface.markers
     names = [model.components[c].name for c in surface.component[markers]]
@@ -46,5 +54,6 @@ def _exchanged(model: ObjectModel) -> Iterator[tuple[float, Mapping[str, str]]]:
     laid = turns.of(untouched)
     for n, angle in enumerate(turns.angle_rad.tolist()):
         there = at @ laid.R[n].T + laid.t[n]
-        on = np.linalg.norm(there[:, None] - at, axis=2).argmin(axis=1)
-        yield math.degrees(angle) % 360, {names[m]: names[k] for m, k in enumerate(on.tolist())}
+        off = np.linalg.norm(there[:, None] - at, axis=2)
+        on = {names[m]: names[k] for m, k in enumerate(off.argmin(axis=1).tolist())}
+        yield math.degrees(angle) % 360, on, float(off.min(axis=1).max())

@@ -54,7 +54,8 @@ class OtherJoints:
         """(J, n) bool."""
         if not along.size:
             return np.zeros(along.shape, bool)
-        beside = np.pad(along, ((0, 0), (1, 1)), constant_values=-np.inf)
+        beside = np.full((len(along), along.shape[1] + 2), -np.inf)
+        beside[:, 1:-1] = along
         peak = (along >= beside[:, :-2]) & (along > beside[:, 2:])
         without = np.where(np.isfinite(along), along, np.inf).min(axis=1, keepdims=True)
         away = short_way(self._grids - q[:, None], self._surface.kinematics.endless[:, None])

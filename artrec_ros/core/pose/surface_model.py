@@ -18,6 +18,7 @@ from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
 from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
+from .across_kernels import Tipped
 from .compiled_surface import compiled_surface, surface_limits
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
@@ -99,6 +100,11 @@ class SpatialModel:
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
 
     @cached_property
+    def of_component(self) -> Array:
+        """(P, C) 1 where a patch is one component's, else 0."""
+        return np.asarray(self.component[:, None] == np.arange(len(self.kinematics.parent)), np.float64)
+
+    @cached_property
     def classes(self) -> tuple[NDArray[np.int64], Array]:
         """How many classes each patch may be of (P,), and how far each code is of each of these (P, most, 256)."""
         count = np.array([len(p.labels) for p in self.patches])
@@ -176,6 +182,14 @@ class SpatialModel:
         return np.flatnonzero(np.array(lever) > _SLIGHT)
 
     @cached_property
+    def across(self) -> Tipped:
+        """These for compiled code."""
+        patch = self.markers[self.tipped]
+        component = self.component[patch]
+        joint, ball = np.array(self.kinematics.joint_of)[component], np.isin(component, sorted(self.sides.balls))
+        return Tipped(component, joint, self.bent[patch], self.centre[patch], ball)
+
+    @cached_property
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
         return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
@@ -227,10 +241,9 @@ class SpatialModel:
 
     def shown_contour(self, poses: Poses, use: np.ndarray) -> NDArray[np.bool_]:
         """(H, M, m) which points of the contours of the markers in use (H, M) no box hides from the camera."""
-        frames = self.kinematics.seen(poses.R, poses.t, poses.q)
         out = np.zeros((len(poses), len(self.markers), self.contour.shape[1]), bool)
-        used = np.ascontiguousarray(use)
-        shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)
+        used, chain = np.ascontiguousarray(use), self.kinematics.chain
+        shown_contours(self.compiled, chain, poses.R, poses.t, poses.q, used, BEHIND, out)
         return out
 
     def score(

@@ -51,7 +51,7 @@ FINDER = WholeObjectFinder
 
 
 def unfitted(model: Any, frame: Any, poses: Any, *_: Any, **__: Any) -> Any:
-    """In place of `pose_fit.fit_poses` and `fit_component`: leaves hypotheses where they are."""
+    """In place of `Resting._fitted` and `fit_component`: leaves hypotheses where they are."""
     return poses
 
 
@@ -125,7 +125,7 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
     "all of it": (patches(), {}),
     "each frame alone: no memory": (patches(), {"memory": False}),
     "without fits to contours": (
-        patches((FINDER, "fit_all", ranked), (resting, "fit_poses", unfitted), (seeds, "fit_component", unfitted)),
+        patches((FINDER, "fit_all", ranked), (resting.Resting, "_fitted", unfitted), (seeds, "fit_component", unfitted)),
         {},
     ),
     "without the local search on votes": (patches((Climber, "climb", unclimbed), (Climber, "sweep", unclimbed)), {}),

@@ -10,7 +10,6 @@ import numpy as np
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..image.label_field import LabelField
 from ..model.kinematics import Kinematics
 from .contour_term_kernels import ContourFit, ContourTerm, contour_rows
 from .damping_kernels import Damping
@@ -55,7 +54,6 @@ class Fit:
         kin = model.kinematics
         self._model, self._config, self.joints = model, config, joints_of(kin)
         self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
-        self._last: tuple[LabelField, tuple[int, ...], EdgeTerms] | None = None
 
     def of(
         self,
@@ -94,15 +92,9 @@ class Fit:
         :param shown: (H, M, m) see `ContourTerm`.
         """
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
-        contours = _contour_term(self._model, frame, use, shown, self._edges(frame.field, reach_px))
+        edges = edge_terms(self._model, frame.field, reach_px, self._config)
+        contours = _contour_term(self._model, frame, use, shown, edges)
         return Terms(contours, self._prior._replace(free=free), self._damping)
-
-    def _edges(self, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
-        """`edge_terms`; what was last asked for is known: many fits follow each other in one image."""
-        last = self._last
-        if last is None or last[0] is not field or last[1] != reach_px:
-            self._last = last = field, reach_px, edge_terms(self._model, field, reach_px, self._config)
-        return last[2]
 
     def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
         """Fits of H poses; those that are left at the deadline stay as they are."""
@@ -118,7 +110,7 @@ def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> 
 
     :param use: (H, M) the markers that are fitted.
     """
-    several = (use & model.open_contour.all(axis=1)).sum(axis=1) > 1
+    several = (use & model.stand_apart).sum(axis=1) > 1
     return np.where(several, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
 
 

@@ -74,7 +74,9 @@ def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Ar
 def _to_both_sides(model: SpatialModel, poses: Poses, away: Array) -> Poses:
     """(2 H) each of H hypotheses there and back by its displacement (H, 6+J)."""
     R, t, q = (np.repeat(values, 2, axis=0) for values in (poses.R, poses.t, poses.q))
-    move_each(np.stack([away, -away], axis=1).reshape(2 * len(away), away.shape[1]), joints_of(model.kinematics), R, t, q)
+    move_each(
+        np.stack([away, -away], axis=1).reshape(2 * len(away), away.shape[1]), joints_of(model.kinematics), R, t, q
+    )
     return Poses(R, t, q)
 
 

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import VotesConfig
+from ..base.config import FitConfig, VotesConfig
 from ..geometry.transforms import Array
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
@@ -20,6 +20,7 @@ from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .across_kernels import Tipped
 from .compiled_surface import compiled_surface, surface_limits
+from .edge_kernels import EdgeTerms
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
@@ -43,6 +44,7 @@ class SpatialModel:
         self.model = model
         self.votes = votes
         self.limits = surface_limits(votes)
+        self.edges_known = dict[tuple[int, ...], tuple[LabelField, FitConfig, EdgeTerms]]()  # see `edge_terms`
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
         self.codes, self.roles = codes, VoteRoles(votes, codes)
@@ -195,6 +197,11 @@ class SpatialModel:
         return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
 
     @cached_property
+    def stand_apart(self) -> NDArray[np.bool_]:
+        """(M,) markers beside none of which there is another one."""
+        return np.asarray(self.open_contour.all(axis=1))
+
+    @cached_property
     def solids(self) -> frozenset[int]:
         """See `convex_solids`."""
         return convex_solids(self.patches)
@@ -218,7 +225,7 @@ class SpatialModel:
     def swollen(self, by_px: float) -> SpatialModel:
         """The same with markers that look larger than they are, by so many pixels all around."""
         twin = copy(self)
-        twin.limits = self.limits._replace(swollen_px=float(by_px))
+        twin.limits, twin.edges_known = self.limits._replace(swollen_px=float(by_px)), {}
         return twin
 
     @property

@@ -44,6 +44,8 @@ class Bends:
 
     def and_(self, others: Bends) -> Bends:
         """These, and then the others."""
+        if not len(others.of):
+            return self
         poses = Poses.concatenate([self.poses, others.poses])
         rows = zip((self.of, self.joint, self.apart), (others.of, others.joint, others.apart), strict=True)
         return Bends(poses, *(np.append(mine, theirs) for mine, theirs in rows))
@@ -164,6 +166,8 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
     tips = np.ascontiguousarray(used[:, surface.tipped])
     bend_across(surface.across, frames.R, frames.t, frames.axis, tips, _LEAST_LEVER, by)
     of, joint = np.nonzero(np.isfinite(by))
+    if not len(of):
+        return _none(poses)
     q = poses.q[of]
     q[np.arange(len(of)), joint] += by[of, joint]
     bends = Bends(Poses(poses.R[of], poses.t[of], kin.bound(q)), of, joint, np.full(len(of), _LEAST_BEND))

@@ -28,11 +28,12 @@ from artrec_ros.core import second_looks
 from artrec_ros.core.base.config import RecognizerConfig, rooms_of
 from artrec_ros.core.image.codes import Codes
 from artrec_ros.core.model import surface
-from artrec_ros.core.pose import lookalikes, resting, seeds
+from artrec_ros.core.pose import lookalikes, seeds
 from artrec_ros.core.pose import view_bank as bank
 from artrec_ros.core.pose.climber import Climber
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.resting import Resting
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.ownership import Shared
 from artrec_ros.tools.main import main
@@ -51,7 +52,7 @@ FINDER = WholeObjectFinder
 
 
 def unfitted(model: Any, frame: Any, poses: Any, *_: Any, **__: Any) -> Any:
-    """In place of `pose_fit.fit_poses` and `fit_component`: leaves hypotheses where they are."""
+    """In place of `Resting._fitted` and `fit_component`: leaves hypotheses where they are."""
     return poses
 
 
@@ -125,7 +126,7 @@ VARIANTS: dict[str, tuple[Callable[[], contextlib.ExitStack], dict[str, Any]]] =
     "all of it": (patches(), {}),
     "each frame alone: no memory": (patches(), {"memory": False}),
     "without fits to contours": (
-        patches((FINDER, "fit_all", ranked), (resting, "fit_poses", unfitted), (seeds, "fit_component", unfitted)),
+        patches((FINDER, "fit_all", ranked), (Resting, "_fitted", unfitted), (seeds, "fit_component", unfitted)),
         {},
     ),
     "without the local search on votes": (patches((Climber, "climb", unclimbed), (Climber, "sweep", unclimbed)), {}),

@@ -41,6 +41,7 @@ from .pose.poses import Poses
 from .pose.rebends import Rebends
 from .spatial_stage import SpatialStage
 from .verdict.judge import Judge
+from .verdict.nearer import met_by_each
 from .verdict.parts import part_probabilities
 
 PLANE, SPACE = "plane", "space"
@@ -144,8 +145,10 @@ def _show() -> None:
 
 def _judge() -> None:
     finder = example().finder()
-    verdicts = Judge.of(finder.config).verdicts(finder, example().ahead(finder), example().frame)
+    poses = example().ahead(finder)
+    verdicts = Judge.of(finder.config).verdicts(finder, poses[[0, 0]], example().frame)
     part_probabilities(list(verdicts))
+    met_by_each([verdicts[0]], [verdicts[1]], poses.t[None])
 
 
 def _align() -> None:

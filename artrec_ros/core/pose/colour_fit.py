@@ -14,7 +14,8 @@ from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from .colour_edge_kernels import ColourEdges, look_for_colours
-from .pose_fit import AS_GOOD_AS_CERTAIN, ContourFit, contour_fit, weight_at_edges
+from .contour_term_kernels import ContourFit
+from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .poses import Poses
 from .surface_model import SpatialModel
 

@@ -18,9 +18,11 @@ import numpy as np
 
 from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, outline_pixels
+from ..model.chain_kernels import Chain, place_seen
 from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
-from .placed_kernels import Equations, Placed, moving
-from .surface_kernels import Surface, aspect, find_inner, is_turned_here
+from .hiding_kernels import boxes_in_camera, shown_contour
+from .placed_kernels import Equations, Joints, Placed, moving
+from .surface_kernels import Surface, aspect, find_inner, is_turned_here, room_of
 
 
 class ContourTerm(NamedTuple):
@@ -178,40 +180,67 @@ def leave_outwards(weight: float, to: Equations) -> None:
                 to.A[i, j] -= row[i] * row[j] / itself
 
 
+class ContourFit(NamedTuple):
+    """The contours of K markers of H hypotheses against the labels' edges, m points each."""
+
+    point: Any  # (H, K, m, 2) pixels
+    normal: Any  # (H, K, m, 2) outward unit normals in the image
+    spacing_px: Any  # (H, K) of neighbouring points
+    residual: Any  # (H, K, m) signed distance of each point from its edge along its normal, pixels
+    weight: Any  # (H, K, m), 0 where the residual says nothing: there is no edge, or the object hides the point
+    jacobian: Any  # (H, K, m, 6+J) of the residuals
+    shown: Any  # (H, K, m) bool: points of markers that a hypothesis uses which the object does not hide itself
+
+
+@inlined
+def marker_rows(
+    term: ContourTerm, h: int, k: int, placed: Placed, columns: Any, n: int, edges: EdgeRoom, fit: ContourFit, at: int
+) -> None:
+    """Fill row `at` of hypothesis `h` with what the term says of marker `k`; which points are shown is known.
+
+    :param columns: the `n` parameters that move it.
+    """
+    s, outline, spacing_px = term.surface, edges.outline, 0.0
+    p = term.markers[k]
+    P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
+    cosine, _, _, depth = aspect(s, p, P, q)
+    here = is_turned_here(s, p, cosine, depth, term.seen.K[0, 0] * term.seen.K[1, 1], term.least_cosine)
+    outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
+    find_edges(k, term.edges, 0, term.seen, edges)
+    leave_out_hidden(fit.shown, h, at, edges.weight)
+    leave_out_inner(s, k, P, q, term.seen, edges.weight, edges)
+    fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, edges.rows)
+    m = s.contour.shape[2]
+    for i in range(m):
+        spacing_px += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m
+        for a in range(n):
+            fit.jacobian[h, at, i, columns[a]] = edges.rows[a, i]
+        fit.point[h, at, i, 0], fit.point[h, at, i, 1] = outline[0, i], outline[1, i]
+        fit.normal[h, at, i, 0], fit.normal[h, at, i, 1] = outline[2, i], outline[3, i]
+        fit.residual[h, at, i] = -edges.edge[i]
+        fit.weight[h, at, i] = edges.weight[i] if term.use[h, k] and here else 0.0
+    fit.spacing_px[h, at] = spacing_px
+
+
 @jit
 def contour_rows(
-    term: ContourTerm,
-    h: int,
-    placed: Placed,
-    point: Any,
-    normal: Any,
-    spacing_px: Any,
-    residual: Any,
-    weight: Any,
-    jacobian: Any,
+    term: ContourTerm, which: Any, chain: Chain, joints: Joints, end: float, R: Any, t: Any, q: Any, fit: ContourFit
 ) -> None:
-    """Fill what the term says of hypothesis `h` point by point: the fields of `pose_fit.ContourFit`."""
-    s, n_par, m = term.surface, jacobian.shape[2], term.surface.contour.shape[2]
-    room, columns = edge_room(m, term.edges.reach[0], n_par), np.empty(n_par, np.int64)
-    outline = room.outline
-    jacobian[:] = 0.0
-    for k in range(len(term.markers)):
-        p = term.markers[k]
-        P, q = placed.R[s.component[p]], placed.frame_t[s.component[p]]
-        n = moving(s.component[p], placed, columns)
-        cosine, _, _, depth = aspect(s, p, P, q)
-        here = is_turned_here(s, p, cosine, depth, term.seen.K[0, 0] * term.seen.K[1, 1], term.least_cosine)
-        outline_pixels(P, q, s.contour[k], s.contour_along[k], term.seen, outline)
-        find_edges(k, term.edges, 0, term.seen, room)
-        leave_out_hidden(term.shown, h, k, room.weight)
-        leave_out_inner(s, k, P, q, term.seen, room.weight, room)
-        fill_rows(s, k, P, q, placed, columns, n, term.seen, outline, room.rows)
-        spacing_px[k] = 0.0
-        for i in range(m):
-            spacing_px[k] += math.hypot(outline[0, i - 1] - outline[0, i], outline[1, i - 1] - outline[1, i]) / m
-            for a in range(n):
-                jacobian[k, i, columns[a]] = room.rows[a, i]
-            point[k, i, 0], point[k, i, 1] = outline[0, i], outline[1, i]
-            normal[k, i, 0], normal[k, i, 1] = outline[2, i], outline[3, i]
-            residual[k, i] = -room.edge[i]
-            weight[k, i] = room.weight[i] if term.use[h, k] and here else 0.0
+    """Fill what the term says of markers `which` (K,) of hypotheses R (H, 3, 3), t (H, 3), q (H, J), as they are.
+
+    :param end: as of `shown_contours`. :param fit: jacobian and shown zeros.
+    """
+    s, n_c, n_j = term.surface, len(chain.parent), q.shape[1]
+    edges, columns = edge_room(s.contour.shape[2], term.edges.reach[0], 6 + n_j), np.empty(6 + n_j, np.int64)
+    frames_R, frames_t, joint_at = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, n_j, 3))
+    room, scratch = room_of(s), np.empty((3, 3, 3))
+    for h in range(len(R)):
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joint_at[0], joint_at[1], scratch)
+        placed = Placed(t[h], q[h], frames_R, frames_t, joint_at[0], joint_at[1], joints)
+        boxes_in_camera(s, frames_R, frames_t, room.box_rotation, room.eye, room.middle)
+        for at in range(len(which)):
+            k = which[at]
+            c = s.component[term.markers[k]]
+            if term.use[h, k]:
+                shown_contour(s, k, frames_R[c], frames_t[c], end, room, fit.shown[h, at])
+            marker_rows(term, h, k, placed, columns, moving(c, placed, columns), edges, fit, at)

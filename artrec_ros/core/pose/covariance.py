@@ -32,6 +32,7 @@ import numpy as np
 from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from .covariance_kernels import Spreads, Sums, Weights, add_up, spread_out
 from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .poses import Poses
 from .restarts import scatter
@@ -97,38 +98,25 @@ def sources(
     c, sigma_px = config.covariance, config.fit.point_sigma_px
     n_par, at_edges = known.shape[1], weight_at_edges(model, use, config.fit)
     certain = np.column_stack([known**-2.0, at_edges / sigma_px**2])
-    prior = np.eye(n_par + 1) * np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None]
+    prior = np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None]
     fit = contour_fit(model, frame, poses, use, c.reach_px, config.fit)
-    w, n_points = fit.weight, fit.jacobian.shape[2]
-    jacobian = np.concatenate([fit.jacobian, np.ones((*w.shape, 1))], axis=-1)
-    outwards_px = (w * fit.residual).sum(axis=(1, 2)) / (w.sum(axis=(1, 2)) + np.minimum(at_edges, AS_GOOD_AS_CERTAIN))
-    residual = fit.residual - outwards_px[:, None, None]
-    Jw = jacobian * w[..., None] / sigma_px**2
-    A = _transposed(_stacked(Jw)) @ _stacked(jacobian) + prior
-    independent = np.minimum(1.0, fit.spacing_px)[..., None]  # (H, M, 1) of each point, a share
-    n = (independent * (w > 0)).sum(axis=(1, 2))
-    freedom = n / np.maximum(np.maximum(n - n_par, c.least_freedom * n), 1e-9)
-    square = (w * residual**2).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
-    spread = square * freedom
+    by = Weights(float(sigma_px**2), np.minimum(at_edges, AS_GOOD_AS_CERTAIN), float(c.least_freedom), int(c.stretches))
+    A, sums = prior * np.eye(n_par + 1), Sums(*np.empty((4, len(poses))))
+    add_up(fit, by, A, sums)
+    gain = np.ascontiguousarray(np.linalg.inv(A)[:, :, :n_par])
+    spreads = Spreads(*np.zeros((4, len(poses), n_par, n_par)))
+    spread_out(fit, by, sums, gain, spreads)
     seams_px = model.seams_px(frame.field, most=True)[use.argmax(axis=1)]
-    starts = n_points * np.arange(c.stretches) // c.stretches
-    each = Jw * np.sqrt(spread[:, None, None] / np.maximum(independent, 1e-3))[..., None]
-    outwards = Jw.sum(axis=2)  # (H, M, 7+J) of a pixel of each marker
-    shifted = np.einsum("hmkp,hmkx->hxp", Jw, fit.normal)  # (H, 2, 7+J) of a pixel of all
-    pull = np.add.reduceat(Jw * residual[..., None], starts, axis=2) * np.sqrt(freedom)[:, None, None, None]
-    gain = np.asarray(np.linalg.inv(A)[:, :, :n_par], np.float64)
-    by_pixel = _squared(outwards @ gain)
     # weights are 1 / (1 + variance of the edge's place): by these weights the mean of the variances
-    left_open = np.where(w > 0, 1 - w, 0.0).sum(axis=(1, 2)) / np.maximum(w.sum(axis=(1, 2)), 1e-9)
-    rough_px2 = np.maximum(square - c.exact_share * left_open, 0.0) * (frame.image is None)
+    rough_px2 = np.maximum(sums.square - c.exact_share * sums.left_open, 0.0) * (frame.image is None)
     more = (1 + c.rough_gain * rough_px2)[:, None, None]
     return Sources(
-        known=_transposed(gain) @ prior @ gain,
-        spread=more * _squared(_stacked(each) @ gain),
-        seam=more * seams_px[:, None, None] ** 2 * by_pixel,
-        blend=by_pixel * (frame.image is not None),
-        shift=_squared(shifted @ gain),
-        stretch=more * _squared(_stacked(pull) @ gain),
+        known=(_transposed(gain) * prior) @ gain,
+        spread=more * spreads.spread,
+        seam=more * seams_px[:, None, None] ** 2 * spreads.by_pixel,
+        blend=spreads.by_pixel * (frame.image is not None),
+        shift=spreads.shift,
+        stretch=more * spreads.stretch,
         seams_px=seams_px,
     )
 
@@ -141,16 +129,5 @@ def deviations_without_image(model: SpatialModel, poses: Poses, config: Recogniz
     return known
 
 
-def _stacked(rows: Array) -> Array:
-    """(H, M n, p) of rows (H, M, n, p)."""
-    h, m, n, p = rows.shape
-    return rows.reshape(h, m * n, p)
-
-
 def _transposed(A: Array) -> Array:
     return A.swapaxes(-1, -2)
-
-
-def _squared(A: Array) -> Array:
-    """A' A of a stack of matrices."""
-    return _transposed(A) @ A

@@ -18,7 +18,15 @@ from .surface_model import SpatialModel
 
 
 def edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
-    """What compiled code needs to find edges, in each of the steps of a fit."""
+    """What compiled code needs to find edges, in each of the steps of a fit. What was last asked for of each reach is
+    known: many fits follow each other in one image."""
+    known = model.edges_known.get(reach_px)
+    if known is None or known[0] is not field or known[1] is not config:
+        model.edges_known[reach_px] = known = field, config, _edge_terms(model, field, reach_px, config)
+    return known[2]
+
+
+def _edge_terms(model: SpatialModel, field: LabelField, reach_px: tuple[int, ...], config: FitConfig) -> EdgeTerms:
     seams = model.seams_px(field)
     kinds = _kinds(model.marker_labels, model.codes.label.tobytes())
     priors = _priors(reach_px, config.edge_prior_width)

@@ -69,9 +69,8 @@ def solve(A: Any, b: Any, x: Any, first: Any) -> None:
 
 
 @lean
-def move(x: Any, placed: Placed, R: Any, t: Any, q: Any, scratch: Any) -> None:
+def move(x: Any, joints: Joints, R: Any, t: Any, q: Any, scratch: Any) -> None:
     """Take a step x (6 + J,) of one hypothesis R (3, 3), t (3,), q (J,), in place."""
-    joints = placed.joints
     turn_by(x[3], x[4], x[5], R, scratch)
     for i in range(3):
         t[i] += x[i]
@@ -109,7 +108,15 @@ def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, 
         shorten(terms.damping, placed, room.x)
         for i in range(len(room.x)):
             room.x[i] = -room.x[i]
-        move(room.x, placed, R, t, q, room.scratch)
+        move(room.x, joints, R, t, q, room.scratch)
+
+
+@jit
+def move_each(x: Any, joints: Joints, R: Any, t: Any, q: Any) -> None:
+    """Take steps x (H, 6 + J) of hypotheses R (H, 3, 3), t (H, 3), q (H, J), in place."""
+    scratch = np.empty((3, 3, 3))
+    for h in range(len(R)):
+        move(x[h], joints, R[h], t[h], q[h], scratch)
 
 
 @jit

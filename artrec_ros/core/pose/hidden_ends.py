@@ -62,14 +62,22 @@ class HiddenEnds:
     def _of_one(self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> Poses:
         """Those of one pose. :param used: (M,)"""
         begun = Poses.concatenate([pose, self._required.flips(pose)])
+        others = self._without_ends(frame, begun, used)
+        others = others[np.flatnonzero(self._voter.votes(frame, others, occlusion=True) > self._least(frame, pose))]
+        if not len(others):
+            return others
         known = self._fitted(frame, begun, np.tile(used, (len(begun), 1)))  # mirrored turns are asked about elsewhere
-        others = self._apart(frame, pose, known, self._without_ends(frame, begun, used))
+        others = self._apart(frame, pose, known, others)
         if not len(others):
             return others
         both = Poses.concatenate([known, others])
         both = self._rest.at_rest(frame, both, self._voter.supports(frame, both))
         others = self._apart(frame, pose, both[: len(known)], both[len(known) :])
         return others[np.flatnonzero(self._hides_an_end(frame, others, used))]
+
+    def _least(self, frame: ImageFrame, pose: Poses) -> float:
+        """More votes than that what may be true has, too."""
+        return float(self._verdict.end_votes * self._voter.votes(frame, pose, occlusion=True)[0])
 
     def _hides_an_end(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(H,) under which poses a marker in use (M,) lacks some of its class: else none has an end that is hidden, and
@@ -81,8 +89,7 @@ class HiddenEnds:
         """Those of some poses that are near no known one, nor each other, with votes enough beside a told one's; the
         one with most first."""
         both = Poses.concatenate([pose, known, others])
-        votes, n = self._voter.votes(frame, both, occlusion=True), 1 + len(known)
-        least = self._verdict.end_votes * votes[0]
+        votes, n, least = self._voter.votes(frame, both, occlusion=True), 1 + len(known), self._least(frame, pose)
         votes[:n] = np.inf
         order = np.argsort(-votes, kind="stable")
         kept = order[apart(both[order], votes[order], least, *self._verdict.end_apart)]

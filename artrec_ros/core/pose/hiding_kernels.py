@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
+
 from ..base.jit import inlined, jit
 from ..geometry.pixel_kernels import turned
+from ..model.chain_kernels import Chain, place_seen
 from .surface_kernels import Room, Surface, aspect, points_of, room_of, surface_share
 
 
@@ -138,20 +141,29 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
                 out[h, column, i] = not room.hidden[i]
 
 
+@inlined
+def shown_contour(s: Surface, k: int, A: Any, b: Any, end: float, room: Room, out: Any) -> None:
+    """Fill out (m,) with which points of the contour of marker `k`, on a component whose frame is A, b, no box hides:
+    as `shown_points`. :param room: with the boxes in the camera."""
+    p, on = s.patch_of[k], s.contour[k]
+    _, mx, my, mz = aspect(s, p, A, b)
+    nearer = surface_share(s, p, mz, end)
+    n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
+    hide(s, A, b, (on[0], on[1], on[2]), room, n_near, nearer)
+    for i in range(len(out)):
+        out[i] = not room.hidden[i]
+
+
 @jit
-def shown_contours(s: Surface, R: Any, t: Any, markers: Any, use: Any, end: float, out: Any) -> None:
-    """Fill out (H, M, m) with which points of markers' contours no box hides, as `shown_points`; of those in use."""
-    room = room_of(s)
+def shown_contours(s: Surface, chain: Chain, R: Any, t: Any, q: Any, use: Any, end: float, out: Any) -> None:
+    """Fill out (H, M, m) with which points of markers' contours no box hides, of those in use (H, M), under hypotheses
+    R (H, 3, 3), t (H, 3), q (H, J). :param end: as of `shown_points`."""
+    n_c, room, scratch = len(chain.parent), room_of(s), np.empty((3, 3, 3))
+    frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
     for h in range(len(R)):
-        boxes_in_camera(s, R[h], t[h], room.box_rotation, room.eye, room.middle)
-        for k in range(len(markers)):
-            if not use[h, k]:
-                continue
-            p, on = markers[k], s.contour[k]
-            A, b = R[h, s.component[p]], t[h, s.component[p]]
-            _, mx, my, mz = aspect(s, p, A, b)
-            nearer = surface_share(s, p, mz, end)
-            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
-            hide(s, A, b, (on[0], on[1], on[2]), room, n_near, nearer)
-            for i in range(out.shape[2]):
-                out[h, k, i] = not room.hidden[i]
+        place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
+        boxes_in_camera(s, frames_R, frames_t, room.box_rotation, room.eye, room.middle)
+        for k in range(use.shape[1]):
+            if use[h, k]:
+                c = s.component[s.patch_of[k]]
+                shown_contour(s, k, frames_R[c], frames_t[c], end, room, out[h, k])

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
+from .across_kernels import bend_across
 from .finder import WholeObjectFinder
 from .other_turns import ANY_DEPTH, WORTH_REST
 from .poses import PatchScores, Poses
@@ -43,6 +44,8 @@ class Bends:
 
     def and_(self, others: Bends) -> Bends:
         """These, and then the others."""
+        if not len(others.of):
+            return self
         poses = Poses.concatenate([self.poses, others.poses])
         rows = zip((self.of, self.joint, self.apart), (others.of, others.joint, others.apart), strict=True)
         return Bends(poses, *(np.append(mine, theirs) for mine, theirs in rows))
@@ -63,7 +66,9 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
     turned, probability = weighed(log_odds, config.least_turn_odds)
     off = _off(finder, poses, bends)
-    bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
+    bent, taken = poses, np.zeros(poses.q.shape, bool)
+    if turned.any():
+        bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
     bent_there = taken[bends.of, bends.joint]
     # what is likelier and yet not bent is what may be otherwise
     probability = np.where(turned & ~bent_there, 1 - probability, probability)
@@ -156,22 +161,13 @@ def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, be
 
 def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) -> Bends:
     """Poses with joints bent across the bend at which their markers face the camera. :param used: (H, M)."""
-    surface, kin, tipped = finder.surface, finder.surface.kinematics, finder.surface.tipped
-    patch = surface.markers[tipped]
-    component = surface.component[patch]
-    joint = np.array(kin.joint_of)[component]
+    surface, kin = finder.surface, finder.surface.kinematics
     frames, by = kin.forward(poses.R, poses.t, poses.q), np.full(poses.q.shape, np.nan)
-    R, axis = frames.R[:, component], frames.axis[:, joint]  # (H, m, 3, 3), (H, m, 3)
-    normal, middle = ((R @ v[patch][..., None])[..., 0] for v in (surface.bent, surface.centre))
-    middle = middle + frames.t[:, component]
-    sight = -middle / np.maximum(np.linalg.norm(middle, axis=-1, keepdims=True), 1e-12)
-    ball = np.isin(component, sorted(surface.sides.balls))[:, None]  # whose lever has no front
-    normal = np.where(ball & (_dots(normal, sight) < 0)[..., None], -normal, normal)
-    facing = _dots(normal, sight)
-    along, across = facing - _dots(normal, axis) * _dots(sight, axis), _dots(np.cross(axis, normal), sight)
-    h, m = np.nonzero(used[:, tipped] & (facing > 0) & (np.hypot(along, across) > _LEAST_LEVER))
-    by[h, joint[m]] = 2 * np.arctan2(across, along)[h, m]
+    tips = np.ascontiguousarray(used[:, surface.tipped])
+    bend_across(surface.across, frames.R, frames.t, frames.axis, tips, _LEAST_LEVER, by)
     of, joint = np.nonzero(np.isfinite(by))
+    if not len(of):
+        return _none(poses)
     q = poses.q[of]
     q[np.arange(len(of)), joint] += by[of, joint]
     bends = Bends(Poses(poses.R[of], poses.t[of], kin.bound(q)), of, joint, np.full(len(of), _LEAST_BEND))
@@ -223,10 +219,6 @@ def _apart(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> NDArray[np.
 def _own_votes(finder: WholeObjectFinder, scores: PatchScores, bends: Bends) -> Array:
     """(N,) votes of what the joints carry; a component that speaks against itself is hidden. :param scores: of N."""
     surface = finder.surface
-    of = np.arange(len(surface.kinematics.parent)) == surface.component[:, None]  # (P, C)
     carried = surface.kinematics.moves[:, bends.joint].T
-    return np.asarray(np.where(carried, np.maximum(scores.votes @ of, 0.0), 0.0).sum(axis=1), np.float64)
-
-
-def _dots(a: Array, b: Array) -> Array:
-    return np.asarray((a * b).sum(axis=-1), np.float64)
+    votes = np.maximum(scores.votes @ surface.of_component, 0.0)
+    return np.asarray(np.where(carried, votes, 0.0).sum(axis=1), np.float64)

@@ -44,6 +44,8 @@ class OtherJoints:
             surface.kinematics.carried, self._plain, self._grids, poses.R[0], poses.t[0], q, along,
         )  # fmt: skip
         joint, at = np.nonzero(self._peaks(along, q, votes))
+        if not len(joint):
+            return Ranked(poses[:0], np.zeros(0))
         best = np.argsort(-along[joint, at], kind="stable")[: self._most]
         others = poses[np.zeros(len(best), int)]
         bent = others.q.copy()

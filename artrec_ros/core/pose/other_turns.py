@@ -40,6 +40,8 @@ def likelier_turns(
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
     turns, tilts = _turns(finder, frame, poses), tilted_rivals(finder, frame, poses)
+    if not len(turns.of) and not len(tilts.of):
+        return poses, others
     both = Poses.concatenate([poses, turns.poses, tilts.poses])
     of, log_odds = (np.concatenate(pair) for pair in zip(turns[1:], tilts[1:], strict=True))
     rows, least = np.arange(len(poses)), np.repeat([config.least_turn_odds, 0.0], [len(turns.of), len(tilts.of)])

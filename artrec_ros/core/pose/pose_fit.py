@@ -5,22 +5,20 @@ Gauss-Newton with Levenberg damping; each term is a file of its own, fit_kernels
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..image.label_field import LabelField
 from ..model.kinematics import Kinematics
-from .contour_term_kernels import ContourTerm, contour_rows
+from .contour_term_kernels import ContourFit, ContourTerm, contour_rows
 from .damping_kernels import Damping
 from .edge_kernels import EdgeTerms
 from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
 from .joint_prior_kernels import JointPrior
-from .placed_kernels import Joints, Placed
+from .occlusion import BEHIND
+from .placed_kernels import Joints
 from .poses import Poses
 from .surface_model import SpatialModel
 
@@ -42,20 +40,8 @@ def fit_poses(
     facing: bool = False,
     last: bool = False,
 ) -> Poses:
-    """Fit poses to the labels' boundaries; a hypothesis that uses no marker stays, as do those left at the deadline.
-
-    :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
-    :param reach_px: how far each step looks for edges.
-    :param free_joints: (H, J) bool; None: all. :param facing: poses turn about the optical axis alone.
-    :param last: nothing comes after this fit: what the object hides of its own contours where it begins is left out,
-        and all edges together may lie outwards or inwards.
-    """
-    shown = model.shown_contour(poses, use) if last else ALL_SHOWN
-    fit = Fit(model, config, facing=facing)
-    terms = fit.terms(frame, use, reach_px, free_joints, shown)
-    if last:
-        terms = terms._replace(contours=terms.contours._replace(at_edges=weight_at_edges(model, use, config)))
-    return fit.by(terms, frame, poses)
+    """One fit, see `Fit.of`. :param facing: poses turn about the optical axis alone."""
+    return Fit(model, config, facing=facing).of(frame, poses, use, reach_px, free_joints, last=last)
 
 
 class Fit:
@@ -66,9 +52,32 @@ class Fit:
 
     def __init__(self, model: SpatialModel, config: FitConfig, *, facing: bool) -> None:
         kin = model.kinematics
-        self._model, self._config, self.joints = model, config, _joints(kin)
+        self._model, self._config, self.joints = model, config, joints_of(kin)
         self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
-        self._last: tuple[LabelField, tuple[int, ...], EdgeTerms] | None = None
+
+    def of(
+        self,
+        frame: ImageFrame,
+        poses: Poses,
+        use: np.ndarray,
+        reach_px: tuple[int, ...],
+        free_joints: np.ndarray | None = None,
+        *,
+        last: bool = False,
+    ) -> Poses:
+        """Poses fitted to the labels' boundaries; one that uses no marker stays, as do those left at the deadline.
+
+        :param use: (H, M) bool: which markers of `model.markers` to use under each hypothesis.
+        :param reach_px: how far each step looks for edges. :param free_joints: (H, J) bool; None: all.
+        :param last: nothing comes after this fit: what the object hides of its own contours where it begins is left
+            out, and all edges together may lie outwards or inwards.
+        """
+        shown = self._model.shown_contour(poses, use) if last else ALL_SHOWN
+        terms = self.terms(frame, use, reach_px, free_joints, shown)
+        if last:
+            at_edges = weight_at_edges(self._model, use, self._config)
+            terms = terms._replace(contours=terms.contours._replace(at_edges=at_edges))
+        return self.by(terms, frame, poses)
 
     def terms(
         self,
@@ -78,20 +87,14 @@ class Fit:
         free_joints: np.ndarray | None = None,
         shown: np.ndarray = ALL_SHOWN,
     ) -> Terms:
-        """What the fits of H hypotheses balance; arguments as of `fit_poses`.
+        """What the fits of H hypotheses balance; arguments as of `of`.
 
         :param shown: (H, M, m) see `ContourTerm`.
         """
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
-        contours = _contour_term(self._model, frame, use, shown, self._edges(frame.field, reach_px))
+        edges = edge_terms(self._model, frame.field, reach_px, self._config)
+        contours = _contour_term(self._model, frame, use, shown, edges)
         return Terms(contours, self._prior._replace(free=free), self._damping)
-
-    def _edges(self, field: LabelField, reach_px: tuple[int, ...]) -> EdgeTerms:
-        """`edge_terms`; what was last asked for is known: many fits follow each other in one image."""
-        last = self._last
-        if last is None or last[0] is not field or last[1] != reach_px:
-            self._last = last = field, reach_px, edge_terms(self._model, field, reach_px, self._config)
-        return last[2]
 
     def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
         """Fits of H poses; those that are left at the deadline stay as they are."""
@@ -107,7 +110,7 @@ def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> 
 
     :param use: (H, M) the markers that are fitted.
     """
-    several = (use & model.open_contour.all(axis=1)).sum(axis=1) > 1
+    several = (use & model.stand_apart).sum(axis=1) > 1
     return np.where(several, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
 
 
@@ -139,44 +142,19 @@ def fit_component(
     return fit_poses(model, frame, poses, use, reach_px, config, pinned, facing=facing)
 
 
-@dataclass(frozen=True)
-class ContourFit:
-    """The contours of M markers of one or more hypotheses against the labels' edges, m points each.
-
-    :param point: (H, M, m, 2) pixels. :param normal: (H, M, m, 2) outward unit normals in the image.
-    :param spacing_px: (H, M) of neighbouring points.
-    :param residual: (H, M, m) signed distance of each point from its edge along its normal, pixels.
-    :param weight: (H, M, m), 0 where the residual says nothing: there is no edge, or the object hides the point.
-    :param jacobian: (H, M, m, 6+J) of the residuals.
-    """
-
-    point: Array
-    normal: Array
-    spacing_px: Array
-    residual: Array
-    weight: Array
-    jacobian: Array
-
-
 def contour_fit(
     model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int, config: FitConfig
 ) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
-    kin, size = model.kinematics, (len(poses), len(model.markers), model.contour.shape[1])
-    chain, which = kin.seen(poses.R, poses.t, poses.q), np.flatnonzero(use.any(axis=0))
-    point, normal, spacing_px = np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2])
-    residual, weight, jacobian = np.empty(size), np.empty(size), np.empty((*size, 6 + kin.n_joints))
-    shown, joints = model.shown_contour(poses, use), _joints(kin)
-    term = _contour_term(model, frame, use, shown, edge_terms(model, frame.field, (reach,), config))
-    for h in range(len(poses)):
-        placed = Placed(poses.t[h], poses.q[h], chain.R[h], chain.t[h], chain.axis[h], chain.origin[h], joints)
-        rows = point[h], normal[h], spacing_px[h], residual[h], weight[h], jacobian[h]
-        contour_rows(term, h, placed, *rows)
-    # one order in memory, whatever numpy's indexing gives: another one is compiled for anew
-    kept = (
-        np.ascontiguousarray(values[:, which]) for values in (point, normal, spacing_px, residual, weight, jacobian)
-    )
-    return ContourFit(*kept)
+    kin, which = model.kinematics, np.flatnonzero(use.any(axis=0))
+    size = len(poses), len(which), model.contour.shape[1]
+    fit = ContourFit(
+        np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2]), np.empty(size), np.empty(size),
+        np.zeros((*size, 6 + kin.n_joints)), np.zeros(size, bool),
+    )  # fmt: skip
+    term = _contour_term(model, frame, use, ALL_SHOWN, edge_terms(model, frame.field, (reach,), config))
+    contour_rows(term, which, kin.chain, joints_of(kin), BEHIND, poses.R, poses.t, poses.q, fit)
+    return fit
 
 
 def but_for_common(residual: Array, weight: Array) -> Array:
@@ -205,5 +183,6 @@ def _damping(config: FitConfig, *, facing: bool) -> Damping:
     return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float), held)
 
 
-def _joints(kin: Kinematics) -> Joints:
+def joints_of(kin: Kinematics) -> Joints:
+    """For compiled code."""
     return Joints(kin.lower, kin.upper, kin.unit, kin.revolute, kin.endless, kin.moves)

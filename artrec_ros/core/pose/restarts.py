@@ -9,9 +9,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..geometry.transforms import Array, rotation_from_rotvec, rotvec_from_rotation, short_way
+from ..geometry.transforms import Array, rotvec_from_rotation, short_way
 from ..image.image_frame import ImageFrame
-from .pose_fit import fit_poses
+from .fit_kernels import move_each
+from .pose_fit import fit_poses, joints_of
 from .poses import Poses
 from .surface_model import SpatialModel
 
@@ -72,11 +73,11 @@ def _farthest(model: SpatialModel, poses: Poses, config: RecognizerConfig) -> Ar
 
 def _to_both_sides(model: SpatialModel, poses: Poses, away: Array) -> Poses:
     """(2 H) each of H hypotheses there and back by its displacement (H, 6+J)."""
-    turn = rotation_from_rotvec(away[:, 3:6])
-    R = np.stack([turn, turn.swapaxes(1, 2)], axis=1) @ poses.R[:, None]
-    both = np.stack([away, -away], axis=1)
-    t, q = poses.t[:, None] + both[..., :3], model.kinematics.bound(poses.q[:, None] + both[..., 6:])
-    return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), q.reshape(2 * len(away), q.shape[-1]))
+    R, t, q = (np.repeat(values, 2, axis=0) for values in (poses.R, poses.t, poses.q))
+    move_each(
+        np.stack([away, -away], axis=1).reshape(2 * len(away), away.shape[1]), joints_of(model.kinematics), R, t, q
+    )
+    return Poses(R, t, q)
 
 
 def _between(model: SpatialModel, there: Poses, here: Poses) -> Array:

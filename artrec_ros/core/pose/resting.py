@@ -10,8 +10,9 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .climber import Climber
 from .colour_fit import ColourFit
+from .contour_term_kernels import ContourFit
 from .edges import would_show
-from .pose_fit import ContourFit, contour_fit, fit_poses
+from .pose_fit import Fit, contour_fit
 from .poses import PatchScores, Poses
 from .region_fit import RegionFit
 from .voter import Voter
@@ -25,6 +26,7 @@ class Resting:
 
     def __init__(self, voter: Voter, climber: Climber, config: RecognizerConfig, *, facing: bool) -> None:
         self._surface, self._voter, self._climber, self._config = voter.surface, voter, climber, config
+        self._fit = Fit(voter.surface, config.fit, facing=facing)
         self._facing, self.regions = facing, RegionFit(voter.surface, config) if facing else None
         self._to_colours = self.regions or ColourFit(voter.surface, config)
 
@@ -57,6 +59,8 @@ class Resting:
         faces the camera not on those of what covers part of it."""
         settled, scores = self._settled(frame, poses, used)
         fitted = self.on_colours(frame, settled, used)
+        if fitted is settled:
+            self._voter.keep(frame, settled, scores)
         if not self._facing or fitted is settled:
             return fitted
         covered = (used & (self._voter.lacks_px(scores) > 0)).any(axis=1)
@@ -93,9 +97,9 @@ class Resting:
         :param fit: what `edges` says of them.
         """
         which = np.flatnonzero(used.any(axis=0))
-        expected = (self._surface.shown_contour(poses, used) & self._surface.sides.ends(poses, frame.camera))[:, which]
+        ends = self._surface.sides.ends(poses, frame.camera)[..., which, :]
         shown = would_show(frame.field, fit.point, fit.normal, self.reach_px(frame), self._config.fit.border_px)
-        return expected & shown & ~(fit.weight > 0)
+        return fit.shown & ends & shown & ~(fit.weight > 0)
 
     def _left_floor(self, frame: ImageFrame, both: Poses) -> NDArray[np.bool_]:
         """(H,) which of H poses in space stood on the scene's floor, and do so no longer as the next H."""
@@ -106,6 +110,5 @@ class Resting:
 
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
-        fit = self._config.fit
-        fitted = fit_poses(self._surface, frame, poses, use, fit.fine_reach_px, fit, facing=self._facing, last=last)
+        fitted = self._fit.of(frame, poses, use, self._config.fit.fine_reach_px, last=last)
         return self._climber.within_limits(frame.camera, fitted)

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import VotesConfig
+from ..base.config import FitConfig, VotesConfig
 from ..geometry.transforms import Array
 from ..image.codes import EMPTY, LABELS, OUTSIDE, OWNED, UNKNOWN, Codes
 from ..image.image_frame import ImageFrame
@@ -18,7 +18,9 @@ from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
 from ..model.solids import convex_solids
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
+from .across_kernels import Tipped
 from .compiled_surface import compiled_surface, surface_limits
+from .edge_kernels import EdgeTerms
 from .hiding_kernels import shown_contours, shown_points
 from .joint_kernels import search_joints
 from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
@@ -42,6 +44,7 @@ class SpatialModel:
         self.model = model
         self.votes = votes
         self.limits = surface_limits(votes)
+        self.edges_known = dict[tuple[int, ...], tuple[LabelField, FitConfig, EdgeTerms]]()  # see `edge_terms`
         self.kinematics = Kinematics(model)
         self.patches: list[Patch] = patches_of(model, label)
         self.codes, self.roles = codes, VoteRoles(votes, codes)
@@ -97,6 +100,11 @@ class SpatialModel:
         """(P,) patches by component, and where those of each one begin: (C + 1,)."""
         order = np.argsort(self.component, kind="stable")
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
+
+    @cached_property
+    def of_component(self) -> Array:
+        """(P, C) 1 where a patch is one component's, else 0."""
+        return np.asarray(self.component[:, None] == np.arange(len(self.kinematics.parent)), np.float64)
 
     @cached_property
     def classes(self) -> tuple[NDArray[np.int64], Array]:
@@ -176,9 +184,22 @@ class SpatialModel:
         return np.flatnonzero(np.array(lever) > _SLIGHT)
 
     @cached_property
+    def across(self) -> Tipped:
+        """These for compiled code."""
+        patch = self.markers[self.tipped]
+        component = self.component[patch]
+        joint, ball = np.array(self.kinematics.joint_of)[component], np.isin(component, sorted(self.sides.balls))
+        return Tipped(component, joint, self.bent[patch], self.centre[patch], ball)
+
+    @cached_property
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
         return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
+
+    @cached_property
+    def stand_apart(self) -> NDArray[np.bool_]:
+        """(M,) markers beside none of which there is another one."""
+        return np.asarray(self.open_contour.all(axis=1))
 
     @cached_property
     def solids(self) -> frozenset[int]:
@@ -204,7 +225,7 @@ class SpatialModel:
     def swollen(self, by_px: float) -> SpatialModel:
         """The same with markers that look larger than they are, by so many pixels all around."""
         twin = copy(self)
-        twin.limits = self.limits._replace(swollen_px=float(by_px))
+        twin.limits, twin.edges_known = self.limits._replace(swollen_px=float(by_px)), {}
         return twin
 
     @property
@@ -227,10 +248,9 @@ class SpatialModel:
 
     def shown_contour(self, poses: Poses, use: np.ndarray) -> NDArray[np.bool_]:
         """(H, M, m) which points of the contours of the markers in use (H, M) no box hides from the camera."""
-        frames = self.kinematics.seen(poses.R, poses.t, poses.q)
         out = np.zeros((len(poses), len(self.markers), self.contour.shape[1]), bool)
-        used = np.ascontiguousarray(use)
-        shown_contours(self.compiled, frames.R, frames.t, self.markers, used, BEHIND, out)
+        used, chain = np.ascontiguousarray(use), self.kinematics.chain
+        shown_contours(self.compiled, chain, poses.R, poses.t, poses.q, used, BEHIND, out)
         return out
 
     def score(

@@ -7,6 +7,7 @@ import numpy as np
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from .climb_kernels import Value, totals, votes_of
 from .poses import PatchScores, Poses
 from .surface_model import SpatialModel
@@ -23,13 +24,28 @@ class Voter:
         components, hidden_cost = len(surface.model.components), float(config.votes.hidden_cost)
         self.value = Value(components, surface.root, hidden_cost, occlusion=True)
         self._patches = np.arange(len(surface.patches))
+        self._kept: tuple[LabelField, Poses, PatchScores] | None = None
+
+    def keep(self, frame: ImageFrame, poses: Poses, scores: PatchScores | None = None) -> None:
+        """Remember what the labels say of these hypotheses, until others are kept: all who compare others with them ask
+        for it. :param scores: None: not known yet."""
+        if self._known(frame, poses) is None:
+            self._kept = frame.field, poses, scores or self.judge(frame, poses, occlusion=True)
+
+    def _known(self, frame: ImageFrame, poses: Poses) -> PatchScores | None:
+        kept = self._kept
+        return kept[2] if kept is not None and kept[1] is poses and kept[0] is frame.field else None
 
     def judge(self, frame: ImageFrame, poses: Poses, *, occlusion: bool, covered: bool = False) -> PatchScores:
         """What the labels say of every patch under each hypothesis: see `SpatialModel.score`."""
+        if occlusion and not covered and (known := self._known(frame, poses)) is not None:
+            return known
         return self.surface.score(frame, poses, self._patches, occlusion=occlusion, covered=covered)
 
     def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
+        if occlusion and (known := self._known(frame, poses)) is not None:
+            return self.total(known)
         surface, view, out = self.surface, frame.view, np.empty(len(poses))
         value = self.value._replace(occlusion=occlusion)
         R, t, q = poses.R, poses.t, poses.q

@@ -32,8 +32,8 @@ class AtRest(NamedTuple):
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
-    :ivar drawn: where each would come to rest if what nearer ones hide were its own: what they leave of their rims may
-        be drawn onto them.
+    :ivar drawn: where each of several would come to rest if what nearer ones hide were its own: what they leave of
+        their rims may be drawn onto them.
     """
 
     verdicts: Sequence[Verdict]
@@ -73,8 +73,9 @@ def at_rest(
     frames = [frame] * len(verdicts) if finder.facing else behind_others(verdicts, among, frame)
     groups = [(rows, [verdicts[n] for n in rows], look) for rows, look in _by_frame(frames)]
     parts = [_at_rest_in(look, finder, mine) for _, mine, look in groups]
+    # of one alone nobody asks whether another is in its place
     parts = [
-        part if look is frame else part._replace(drawn=_drawn_in(frame, finder, mine))
+        part if look is frame or len(verdicts) == 1 else part._replace(drawn=_drawn_in(frame, finder, mine))
         for part, (_, mine, look) in zip(parts, groups, strict=True)
     ]
     if len(parts) == 1:
@@ -100,7 +101,9 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
         none = [None] * len(poses)
         return AtRest(verdicts, frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
     first = poses
+    finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
+    finder.voter.keep(frame, poses)
     bent, more = likelier_bends(finder, hurried, poses)
     likelier, others = likelier_turns(finder, frame, bent)
     moved = _moved(poses, likelier)
@@ -138,6 +141,8 @@ def _judged_anew(finder: WholeObjectFinder, rest: AtRest, first: Poses, moved: l
 
 def _moved(poses: Poses, likelier: Poses) -> NDArray[np.int64]:
     """Which are turned or bent otherwise."""
+    if likelier is poses:
+        return np.zeros(0, np.int64)
     return np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
 
 

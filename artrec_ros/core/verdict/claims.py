@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from itertools import chain, pairwise
 from typing import NamedTuple
 
@@ -23,6 +23,36 @@ from ..pose.surface_model import SpatialModel
 
 _ALL_AROUND = np.array([(np.cos(a), np.sin(a)) for a in np.arange(8) * np.pi / 4], np.float32)
 MOST_KNOWN = 4.0  # scales from one to 55: who knows no more of them knows nothing
+
+
+@dataclass(frozen=True, eq=False)
+class Solids:
+    """The n boxes and markers of one object.
+
+    :param at: (m, 3) all of their corners, metres in the camera's frame. :param corners: the same of each in the image,
+        pixels; convex hulls of them cover it.
+    :param low, high: (n, 2) least and greatest x, y of each, pixels. :param depth: (n,) of their middles along the
+        optical axis, metres.
+    """
+
+    at: Array
+    corners: list[NDArray[np.float32]]
+    low: NDArray[np.float32]
+    high: NDArray[np.float32]
+    depth: Array
+
+    @classmethod
+    def of(cls, at: Array, starts: Sequence[int], camera: Camera) -> Solids:
+        """:param at: (m, 3). :param starts: where the corners of each begin, and where the last one's end."""
+        pixels, first = project(camera, at).astype(np.float32), starts[:-1]
+        low, high = np.minimum.reduceat(pixels, first), np.maximum.reduceat(pixels, first)
+        depth = np.add.reduceat(at[:, 2], first) / np.diff(starts)
+        return cls(at, [pixels[begin:end] for begin, end in pairwise(starts)], low, high, depth)
+
+    def within(self, low: Array, high: Array) -> list[NDArray[np.float32]]:
+        """Corners of those that reach into a rectangle of the image, between two of its corners (2,)."""
+        meet = ((self.low <= high) & (self.high >= low)).all(axis=1)
+        return [self.corners[k] for k in np.flatnonzero(meet)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +76,12 @@ class Claim:
     depth_m: float
     scale: float
     misplaced: str | None
+
+    @cached_property
+    def solids(self) -> Solids:
+        """Its boxes and markers."""
+        surface = self.finder.surface
+        return Solids.of(corners_m(surface, self.poses)[0], surface.hulls.starts, self.frame.camera)
 
 
 class Seen(NamedTuple):

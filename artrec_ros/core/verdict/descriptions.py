@@ -206,6 +206,8 @@ class Describer:
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:
         """Rows of those in whose places none before is: what an object leaves of its rim may come to rest on it."""
+        if len(rest.poses) == 1:
+            return [0]
         turn, first = self.finder.config.search.niche_rad, list[int]()
         same = self.finder.required.is_in_place_of(rest.drawn, rest.poses, turn)
         for n in range(len(rest.poses)):

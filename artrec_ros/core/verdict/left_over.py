@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress
+from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -29,7 +30,7 @@ from ..model.found import Detection, Missing
 from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
-from .claims import left_by, unexplained
+from .claims import unexplained
 from .verdicts import Verdict
 
 _DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
@@ -147,8 +148,12 @@ class LeftOvers:
         """(B,) which blobs, of those that are asked for, told objects own less of than would have them done with."""
         free = np.zeros(len(blobs), bool)
         if asked.any():
-            left = left_by(frame, [v.claim for v in among])
-            free[asked] = unexplained(left, list(compress(blobs, asked)), self._config.search.explained)
+            looked = list(compress(blobs, asked))
+            # what lies beside all of these takes nothing of them
+            boxes = np.array([b.box for b in looked])
+            low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+            left = frame.without([hull for v in among for hull in v.claim.solids.within(low - 1, high + 1)])
+            free[asked] = unexplained(left, looked, self._config.search.explained)
         return free
 
     def _near(
@@ -161,7 +166,7 @@ class LeftOvers:
         pixels, scale = project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
         (middles, label, area_px), out = blobs, dict[int, Array]()
         shown = np.flatnonzero((self._of[:, None] == seen).any(axis=1))
-        off, usual = np.linalg.norm(middles[:, None] - pixels[shown], axis=2), np.median(scale[shown])
+        off, usual = np.linalg.norm(middles[:, None] - pixels[shown], axis=2), median(scale[shown].tolist())
         for c in missing:
             mine = np.flatnonzero(self._of == c)
             alike = self._as_large(area_px, self._area[mine] * usual**2)

@@ -98,8 +98,10 @@ class MissingParts:
         area_px = self._area * scale**2 * np.maximum(cosine, 0.0) * share
         away = cosine <= self._surface.limits.least_cosine
         beyond = (view.depth <= LEAST_DEPTH_M) | (view.within.mean(axis=2) < _OPEN)
-        conditions = [away, beyond, share < _OPEN, area_px < self._least_px]
-        return np.select(conditions, [_TURNED_AWAY, _OUT_OF_VIEW, _HIDDEN, _TOO_SMALL], _NOT_SEEN)
+        state = np.where(area_px < self._least_px, _TOO_SMALL, _NOT_SEEN)
+        for holds, which in ((share < _OPEN, _HIDDEN), (beyond, _OUT_OF_VIEW), (away, _TURNED_AWAY)):
+            state[holds] = which
+        return state
 
     def _missing(
         self,

@@ -133,7 +133,7 @@ def test_what_a_fit_keeps_lies_in_one_order_in_memory(n):
     truth = SCENES["truck"][1][np.zeros(n, int)]
     fit = contour_fit(surface, frame, truth, np.tile(use, (n, 1)), 3, FIT)
     assert 0 < fit.point.shape[1] < len(surface.markers)
-    assert all(values.flags.c_contiguous for values in vars(fit).values())
+    assert all(values.flags.c_contiguous for values in fit)
 
 
 def test_hypotheses_left_at_the_deadline_stay():

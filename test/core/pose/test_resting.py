@@ -30,7 +30,7 @@ def test_no_rest_leaves_a_marker_that_spoke_for_what_rests(bend, taken, monkeypa
     used = FINDER.voter.supports(FRAME, poses)
     assert used.all()
     elsewhere = Poses(poses.R, poses.t, poses.q + bend)
-    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: elsewhere)
+    monkeypatch.setattr(resting.Fit, "of", lambda *args, **options: elsewhere)
     rested = FINDER.rest.settled(FRAME, poses, used)
     np.testing.assert_array_equal(rested.q, elsewhere.q if taken else poses.q)
     votes = [FINDER.voter.votes(FRAME, at, occlusion=True)[0] for at in (poses, elsewhere)]
@@ -42,7 +42,7 @@ def test_a_marker_that_did_not_speak_for_it_before_is_none_to_lose(monkeypatch):
     off, elsewhere = (Poses(poses.R, poses.t, poses.q + bend) for bend in (0.8, -0.8))
     assert not (FINDER.voter.supports(FRAME, off).all() or FINDER.voter.supports(FRAME, elsewhere).all())
     used = np.ones((1, len(FINDER.surface.markers)), bool)
-    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: elsewhere)
+    monkeypatch.setattr(resting.Fit, "of", lambda *args, **options: elsewhere)
     np.testing.assert_array_equal(FINDER.rest.settled(FRAME, off, used).q, elsewhere.q)
 
 
@@ -57,7 +57,7 @@ def test_no_rest_leans_more_than_what_stands_on_the_floor(lean_deg, taken, monke
     floor = FloorConfig(camera_height_m=height, object_height_m=height, height_tolerance_m=height, max_tilt_deg=8.0)
     frame = replace(FRAME, scene=Scene(floor=Floor.of(floor)), image=np.zeros((1, 1, 3), np.uint8))
     used = np.zeros((1, len(finder.surface.markers)), bool)
-    monkeypatch.setattr(resting, "fit_poses", lambda *args, **options: leans)
+    monkeypatch.setattr(resting.Fit, "of", lambda *args, **options: leans)
     monkeypatch.setattr(finder.rest._to_colours, "fitted", lambda *args: leans)
     monkeypatch.setattr(finder.voter, "total", lambda scores: np.ones(2))
     expected = leans if taken else stood

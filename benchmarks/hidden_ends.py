@@ -45,9 +45,7 @@ class HiddenRecorder(Recorder):
         super().__init__(NEAR_RAD, NEAR_SHARE)
         vars(other_rests)["turn_odds"] = self._odds
 
-    def _evidence(
-        self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None
-    ) -> Evidence:
+    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None) -> Evidence:
         """Mirrored turns are not recorded."""
         return self._plain(finder, frame, poses, mirrored, component)
 

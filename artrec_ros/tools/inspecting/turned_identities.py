@@ -14,7 +14,7 @@ from ...core.pose.exchanges import Exchanges
 from ...core.pose.poses import Poses
 from ...core.pose.surface_model import SpatialModel
 
-_SAME_M = 5e-4  # no nearer do object files tell places
+_SAME = 0.1  # of markers' size: outlines are polygons, so that their middles are off a little, and few images tell less
 _ANY = 1  # label: turns are the same, whatever the class
 
 
@@ -24,17 +24,18 @@ def turned_identities(model: ObjectModel) -> Iterator[str]:
     if not model.identities or not model.is_flat or not model.is_spatial:
         return
     identities, told = {i.name: dict(i.classes) for i in identities_of(model)}, set[frozenset[str]]()
+    least_m = _SAME * min(math.sqrt(marker.area) for marker in model.markers.values())
     for degrees, goes_to, off_m in _exchanged(model):
         for name, classes in identities.items():
             turned = {goes_to[c]: label for c, label in classes.items()}
             for other, theirs in identities.items():
                 if other != name and turned == theirs and frozenset((name, other)) not in told:
                     told.add(frozenset((name, other)))
-                    yield _as_told(name, other, degrees, off_m)
+                    yield _as_told(name, other, degrees, off_m if off_m > least_m else 0.0)
 
 
 def _as_told(name: str, other: str, degrees: float, off_m: float) -> str:
-    if off_m < _SAME_M:
+    if off_m == 0:
         turned = f"identity '{other}' is '{name}' turned by {degrees:.0f} degrees"
         return f"{turned}: nothing tells which of the two it is; list one of them"
     return (
@@ -49,7 +50,9 @@ def _exchanged(model: ObjectModel) -> Iterator[tuple[float, Mapping[str, str], f
     surface = SpatialModel(model, _ANY, VotesConfig())
     turns, markers = Exchanges(surface), surface.markers
     names = [model.components[c].name for c in surface.component[markers]]
-    at = np.array([surface.patches[p].drawn[0] for p in markers])
+    kin = surface.kinematics
+    frames = kin.in_object(kin.middle[None])
+    at = surface.place(frames, surface.centre[markers], surface.component[markers])[0]
     untouched = Poses(np.eye(3)[None], np.zeros((1, 3)), np.zeros((1, surface.kinematics.n_joints)))
     laid = turns.of(untouched)
     for n, angle in enumerate(turns.angle_rad.tolist()):

@@ -53,6 +53,11 @@ def test_one_that_is_there_and_may_be_turned_about_what_is_seen_is_told():
     assert [d.as_told for d in kept] == [0.35] and len(others) == 1
 
 
+def test_of_which_no_component_is_told_is_not_told():
+    kept, (lack,) = told([toy(score=0.5)], ROBOT["plain"])
+    assert not kept and lack.reason == "none of its components is sure enough to be told"
+
+
 @pytest.mark.parametrize(("wanted", "seen", "kept"), [(2, 1, False), (2, 2, True), (0, 1, True), (9, 3, True)])
 def test_as_many_components_are_told_as_are_wanted(wanted, seen, kept):
     """What the labels confirm may yet be too unsure to be told: who wants two does not get one. None has nine."""

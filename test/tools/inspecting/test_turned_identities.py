@@ -31,3 +31,11 @@ def test_one_that_is_another_turned_is_told(tmp_path, south, turned):
     lines = list(turned_identities(load_object(path)))
     assert len(lines) == turned
     assert not turned or ("'one'" in lines[0] and "'two'" in lines[0] and "degrees" in lines[0])
+
+
+@pytest.mark.parametrize(("south", "said"), [(-0.05, "nothing tells"), (-0.054, "places that differ by 3 mm")])
+def test_places_that_differ_a_little_tell_which_it_is(tmp_path, south, said):
+    path = tmp_path / "plate.yaml"
+    path.write_text(FOUR.format(south=south), encoding="utf-8")
+    (line,) = turned_identities(load_object(path))
+    assert said in line

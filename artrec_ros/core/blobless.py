@@ -20,8 +20,7 @@ _SPECK = 0.5  # of the least that is looked at: beside blobs of others, what has
 def blobless(
     labels: NDArray[np.uint8], targets: Sequence[Target], min_blob_px: float, blank: tuple[int, ...], scene: Scene
 ) -> Iterator[Rejection]:
-    """The reason for each object of which there would be something to see. To be asked of those of which no blob was
-    found.
+    """The reason for each object of which there would be something to see. To be asked where no blob was found.
 
     :param labels: (H, W) class number per pixel. :param blank: ignored rectangles x,y,width,height,...
     """
@@ -65,16 +64,16 @@ def _small_or_outside(
     classes: str = "its classes",
     least_px: float = 0.0,
 ) -> Iterator[Rejection]:
-    """:param least_px: what is smaller than this is not told of."""
+    """:param least_px: where all is smaller than this nothing is told."""
     count, _, stats, middles = cv2.connectedComponentsWithStats(mask.view(np.uint8), connectivity=8)
-    if count == 1:  # the background alone
-        return
     areas, middles = stats[1:, cv2.CC_STAT_AREA], middles[1:]
+    if count == 1 or areas.max() < least_px:  # the background alone, or noise beside it
+        return
     inside = scene.inside(middles)
     reason = f"all {len(areas)} blobs of {classes} lie outside scene.region"
     if inside.any():
         areas, middles = areas[inside], middles[inside]
-        if areas.max() >= min_blob_px or areas.max() < least_px:  # the former was not looked at for want of time
+        if areas.max() >= min_blob_px:  # it was not looked at for want of time
             return
         reason = (
             f"{len(areas)} blobs of {classes}, the largest of {areas.max()} pixels, fewer than "

@@ -8,7 +8,7 @@ of it is a candidate beside what was found: the pixels are shared out anew, and 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from itertools import islice, zip_longest
+from itertools import zip_longest
 
 import numpy as np
 
@@ -43,8 +43,9 @@ class LeftOverLooks:
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
         each = [self._looks(finder, frame, accepted, blobs, recall) for finder in self._of]
-        in_turn = (look for looks in zip_longest(*each) for look in looks if look is not None)
-        for finder, verdict, middles in islice(in_turn, self._most):
+        in_turn = [look for looks in zip_longest(*each) for look in looks if look is not None]
+        in_turn.sort(key=lambda look: self._is_of_a_sure_one(*look[:2]))  # there is time for so many
+        for finder, verdict, middles in in_turn[: self._most]:
             if frame.deadline.expired:
                 break
             found = self._climbed(finder, verdict, frame, middles)
@@ -77,6 +78,10 @@ class LeftOverLooks:
             otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
             if otherwise is not None:
                 yield finder, verdict, otherwise
+
+    def _is_of_a_sure_one(self, finder: WholeObjectFinder, verdict: Verdict) -> bool:
+        """Whether the pose of an object that faces the camera is sure: those in doubt come first."""
+        return finder.facing and not self._of[finder].is_in_doubt(_seen(verdict))
 
     def _left(
         self,

@@ -158,7 +158,8 @@ class Recognizer:
                 detections, rejected = (*found.detections, *detections), _joined(found.rejected, rejected)
             detections, surplus = one_of_each(detections, self._models)
             detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
-        rejected = _in_image(_joined(self._blobless(labels, blobs, frame.scene), rejected), frame.size)
+        left = self._blobless(labels, blobs, {d.object for d in detections}, frame.scene)
+        rejected = _in_image(_joined(left, rejected), frame.size)
         detections = self._classifier.classified(detections)
         doubtful = Deferred(lambda: self._placed(tuple(d for found in whole for d in found.doubtful), frame))
         limits = {"recognizer.time_budget_ms": deadline.hit, "expert.grouping.search_nodes": out_of_nodes}
@@ -176,13 +177,15 @@ class Recognizer:
             doubtful if self._config.in_doubt else (),
         )
 
-    def _blobless(self, labels: NDArray[np.uint8], blobs: Sequence[Blob], scene: Scene) -> Sequence[Rejection]:
-        """Why nothing was looked at, or not what an object begins with."""
+    def _blobless(
+        self, labels: NDArray[np.uint8], blobs: Sequence[Blob], told: set[str], scene: Scene
+    ) -> Sequence[Rejection]:
+        """Why nothing was looked at, or not what an object begins with. :param told: objects that are."""
         least_px, blank = self._config.min_blob_px, self._segmenter.blank
         if not blobs:
             return Deferred(lambda: blobless(labels, self._targets, least_px, blank, scene))
         found = {blob.label for blob in blobs}
-        lacking = [t for t in self._targets if found.isdisjoint(t.root_labels)]
+        lacking = [t for t in self._targets if t.name not in told and found.isdisjoint(t.root_labels)]
         return Deferred(lambda: rootless(labels, lacking, least_px, scene)) if lacking else ()
 
     def _placed(self, detections: tuple[Detection, ...], frame: ImageFrame) -> tuple[Detection, ...]:

@@ -58,12 +58,14 @@ def test_of_an_image_with_blobs_nothing_is_told():
 def test_a_required_component_too_small_is_told_beside_blobs_of_others():
     image = np.zeros(SIZE[::-1], np.uint8)
     image[20:60, 20:60], image[100:102, 100:103] = RED, OTHER_RED
-    targets = [Target("crane", crane(), RED, CRANE), Target("small", crane(), OTHER_RED, replace(CRANE))]
+    targets = [Target("crane", crane(), RED, CRANE), Target("small", crane(), OTHER_RED, CRANE)]
     result = Recognizer(targets, RecognizerConfig(), Segmenter(ImageConfig())).recognize(image)
     assert not result.blobless
     (told,) = [r for r in result.rejected if r.object == "small"]
     assert "1 blobs of its required component's classes, the largest of 6 pixels, fewer than" in told.reason
     image[100:102, 100:103] = 0
-    image[100, 100:103] = OTHER_RED  # noise
-    result = Recognizer(targets, RecognizerConfig(), Segmenter(ImageConfig())).recognize(image)
-    assert not [r for r in result.rejected if r.object == "small"]
+    image[100, 100:103] = OTHER_RED  # noise, within the region and beyond it
+    for region in ((), (0, 0, 90, 0, 90, 90, 0, 90)):
+        config = replace(RecognizerConfig(), scene=SceneConfig(region=region))
+        result = Recognizer(targets, config, Segmenter(ImageConfig())).recognize(image)
+        assert not [r for r in result.rejected if r.object == "small"]

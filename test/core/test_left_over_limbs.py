@@ -37,21 +37,51 @@ def crane():
     return Target("crane", ObjectModel("crane", (*base, Component("arm", (disc(ARM),), joint=swing))), HIP)
 
 
+OFFSETS = np.array([*BASE, (ARM * np.cos(ANGLE), ARM * np.sin(ANGLE))])  # of its discs from the first, metres
+MIDDLE = OFFSETS.mean(axis=0)
+
+
+def picture(*cranes):
+    """(H, W) labels. :param cranes: of each where its middle is, pixels, and which discs are seen."""
+    labels = np.zeros(SIZE[::-1], np.uint8)
+    for at, seen in cranes:
+        for x, y in np.asarray(at) + PX_PER_M * ((OFFSETS - MIDDLE) * (1, -1))[seen]:
+            cv2.circle(labels, (round(16 * x), round(16 * y)), int(16 * RADIUS * PX_PER_M), HIP, cv2.FILLED, shift=4)
+    return labels
+
+
+def claimed(finder, frame, at):
+    """The verdict on a crane whose middle lies at a pixel, with its arm bent the wrong way."""
+    camera = frame.camera
+    x, y = (np.asarray(at) - np.array(SIZE) / 2) / PX_PER_M - MIDDLE * (1, -1)
+    turned = np.diag([1.0, -1.0, -1.0])  # its z looks at the camera
+    wrong = Poses(turned[None], np.array([[x, y, camera.focal_px / PX_PER_M]]), np.array([[-1.2]]))
+    return Judge.of(finder.config).verdicts(finder, wrong, frame)[0]
+
+
 def test_the_limb_of_an_object_that_is_sure_without_it_is_sought_where_a_blob_lies_unexplained():
     finder = WholeObjectFinder(crane(), CONFIG, facing=True)
-    middle = np.array(SIZE) / 2
-    at = np.array([*BASE, (ARM * np.cos(ANGLE), ARM * np.sin(ANGLE))]) * PX_PER_M
-    labels = np.zeros(SIZE[::-1], np.uint8)
-    for x, y in middle + (at - at.mean(axis=0)) * (1, -1):
-        cv2.circle(labels, (round(16 * x), round(16 * y)), int(16 * RADIUS * PX_PER_M), HIP, cv2.FILLED, shift=4)
+    labels = picture(((240, 160), range(6)))
     frame = ImageFrame(LabelField(labels)).faced()
-    focal = frame.camera.focal_px
-    turned = np.diag([1.0, -1.0, -1.0])  # its z looks at the camera
-    place = np.array([*(-at.mean(axis=0) * (1, -1) / PX_PER_M), focal / PX_PER_M])
-    wrong = Poses(turned[None], place[None], np.array([[-1.2]]))
-    verdict = Judge.of(CONFIG).verdicts(finder, wrong, frame)[0]
+    verdict = claimed(finder, frame, (240, 160))
     assert verdict.confirmed == (True,) * 5 + (False,)
     assert not LeftOvers(finder).is_in_doubt(range(5))
     looks = LeftOverLooks([finder], Climb(0, 2, 0.5))
     found = looks.candidates(frame, [verdict], find_blobs(labels, {HIP}, CONFIG))[finder]
     assert abs(found.q[:, 0] - ANGLE).min() < 0.02
+
+
+def test_those_in_doubt_are_looked_at_first(monkeypatch):
+    config = settings(time_budget_ms=60000.0, min_scale=85.0, max_scale=118.0, looks=1)
+    finder, sure, doubtful = WholeObjectFinder(crane(), config, facing=True), (110, 160), (360, 160)
+    labels = picture((sure, range(6)), (doubtful, [0, 1, 5]))
+    frame = ImageFrame(LabelField(labels)).faced()
+    accepted = [claimed(finder, frame, at) for at in (sure, doubtful)]
+    assert [LeftOvers(finder).is_in_doubt(np.flatnonzero(v.confirmed)) for v in accepted] == [False, True]
+    looked_at = []
+    monkeypatch.setattr(
+        LeftOverLooks, "_climbed", lambda self, f, verdict, *rest: looked_at.append(verdict) or f.surface.no_poses
+    )
+    looks = LeftOverLooks([finder], Climb(0, 2, 0.5))
+    looks.candidates(frame, accepted, find_blobs(labels, {HIP}, config))
+    assert looked_at == [accepted[1]]

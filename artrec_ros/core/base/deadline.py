@@ -26,7 +26,8 @@ class Deadline:
         return True
 
     def give_up(self) -> None:
-        """The time is over for what nobody wants any longer: nothing is missing that it stops."""
+        """The time is over for what nobody wants any longer: nothing is missing that it stops. Parts that were made
+        of it before go on."""
         self._given_up = True
 
     def part(self, share: float) -> Deadline:

@@ -50,10 +50,10 @@ def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None
         return too_low(d.there, judge.min_probability, why)
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
-    if not seen:
-        return _NOTHING_TOLD
     if len(seen) < wanted:
         return f"{len(seen)} of its components are sure enough to be told, {wanted} are wanted"
+    if not seen:
+        return _NOTHING_TOLD
     return NO_DIRECTION if finder.facing and model.needs_another and _is_lone_disc(d, model) else None
 
 

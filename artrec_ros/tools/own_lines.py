@@ -35,16 +35,17 @@ class _Lenient(io.FileIO):
 
 def open_streams() -> _Lenient:
     """stdout and stderr that were closed lead nowhere: files that are opened must not take their numbers. What they
-    cannot take is lost, and what the terminal has no letters for is spelled out. Returns the file of stdout."""
+    cannot take is lost, and what the terminal has no letters for is spelled out. Both are written line by line: in a
+    pipe that both lead to, a full buffer of one would else break off amid a line, and the other's go on there. Returns
+    the file of stdout."""
     for name, number in (("stdout", _STDOUT), ("stderr", _STDERR)):
         if getattr(sys, name) is None:  # Python's word for it
             nowhere = os.open(os.devnull, os.O_WRONLY)
             if nowhere != number and not _is_open(number):
                 os.dup2(nowhere, number)
             setattr(sys, name, os.fdopen(nowhere, "w", closefd=False))
-    line_by_line = bool(sys.stdout.line_buffering or getattr(sys.stdout, "write_through", False))  # as of python -u
     file = _Lenient(sys.stdout.fileno(), "w", closefd=False)
-    sys.stdout = _text(file, sys.stdout.encoding, line_buffering=line_by_line)
+    sys.stdout = _text(file, sys.stdout.encoding)
     sys.stderr = _text(_Lenient(sys.stderr.fileno(), "w", closefd=False), sys.stderr.encoding)
     return file
 
@@ -68,8 +69,8 @@ def _is_open(number: int) -> bool:
     return True
 
 
-def _text(file: _Lenient, encoding: str, *, line_buffering: bool = True) -> io.TextIOWrapper:
-    return io.TextIOWrapper(io.BufferedWriter(file), encoding, errors="backslashreplace", line_buffering=line_buffering)
+def _text(file: _Lenient, encoding: str) -> io.TextIOWrapper:
+    return io.TextIOWrapper(io.BufferedWriter(file), encoding, errors="backslashreplace", line_buffering=True)
 
 
 @contextmanager

@@ -261,6 +261,18 @@ def test_work_does_not_wait_for_a_full_pipe_that_does_not(tmp_path: Path) -> Non
     assert done.returncode == 0 and out.read_text() == "done"
 
 
+def test_lines_of_stdout_and_stderr_stay_whole_in_one_pipe() -> None:
+    """More of stdout than a buffer holds: where it is full, it ends amid a line."""
+    code = (
+        "import sys; from artrec_ros.tools.own_lines import open_streams; open_streams(); "
+        "[print('out', 'o' * 96) for _ in range(300)]; print('err', 'e' * 96, file=sys.stderr); print('end')"
+    )
+    buffered = {name: value for name, value in os.environ.items() if name != "PYTHONUNBUFFERED"}
+    both = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
+    done = subprocess.run([sys.executable, "-c", code], **both, text=True, env=buffered, timeout=60, check=True)
+    assert done.stdout.splitlines() == ["out " + "o" * 96] * 300 + ["err " + "e" * 96, "end"]
+
+
 @pytest.mark.parametrize("seed", ["-1", "x", "99999999999999999999", "1.5"])
 def test_a_seed_that_is_none_tells_the_range(seed: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["simulate", "o.yaml", "-o", "out", f"--seed={seed}"]) == 2

@@ -10,6 +10,8 @@ from ..core.base.config import VotesConfig
 from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
+from .colour_setup import ColourSetup
+from .inspecting.too_small import too_small
 
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
@@ -68,6 +70,16 @@ def scale_line(scales: Array) -> str:
         f"scale: {scales.min():.4g} to {scales.max():.4g} px/m where marked; {wider}, recognizer.min_scale {low:.4g} "
         f"and max_scale {high:.4g} keep out what is smaller or larger"
     )
+
+
+def size_lines(setup: ColourSetup, scales: Array) -> Iterator[str]:
+    """What the marked objects' scales say, and what is too small to be seen at the least one that is given, else at
+    that which they suggest. :param scales: px/m, of each marked object."""
+    if len(scales):
+        yield scale_line(scales)
+    least = setup.min_scale or (scale_limits(scales)[0] if len(scales) else 0.0)
+    for target in setup.targets:
+        yield from (f"warning: {target.name}: {line}" for line in too_small(target.model, least, setup.min_blob_px))
 
 
 def _taken(name: str, shares: Mapping[str, float]) -> Iterator[str]:

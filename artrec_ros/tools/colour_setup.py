@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from ..core.base.config import ClassConfig, ImageConfig, PlaneConfig
+from ..core.base.config import ClassConfig, ImageConfig, PlaneConfig, RecognizerConfig
 from ..core.base.errors import ConfigError
 from ..core.model.target import Target
 from ..io.parameters.parameter_file import image_from_flat, setup_from_flat
@@ -25,7 +25,7 @@ class ColourSetup:
     :param hidden: of the classes of other bodies alone, which axes do not show.
     :param ranged: classes that the files give by ranges of hue, saturation and value, which stay as they are.
     :param plane: on which objects lie. :param camera: how images are smoothed and evened, and what is known of them.
-    :param gamma_known: whether somebody has told their gamma.
+    :param gamma_known: whether somebody has told their gamma. :param min_scale, min_blob_px: of `RecognizerConfig`.
     """
 
     targets: tuple[Target, ...]
@@ -37,6 +37,8 @@ class ColourSetup:
     plane: PlaneConfig = PlaneConfig()
     camera: ImageConfig = ImageConfig()
     gamma_known: bool = False
+    min_scale: float = RecognizerConfig.min_scale
+    min_blob_px: int = RecognizerConfig.min_blob_px
 
     def in_label_images(self) -> ColourSetup:
         """The same where all classes are seen, those of any bodies, too."""
@@ -79,9 +81,9 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
     hidden = {name: label for name, label in hidden.items() if name not in {*labels, *ranged}}
     labels = {name: label for name, label in labels.items() if name not in ranged}
     bodies = frozenset(labels) - on_markers
-    image, plane = setup.image, setup.recognizer.scene.plane
-    known = "image.gamma" in flat
-    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, ranged, plane, _camera(image), known)
+    image, plane, known = setup.image, setup.recognizer.scene.plane, "image.gamma" in flat
+    sizes = setup.recognizer.min_scale, setup.recognizer.min_blob_px
+    return ColourSetup(setup.targets, labels, image.blank, bodies, hidden, ranged, plane, _camera(image), known, *sizes)
 
 
 def _of_classes(names: Sequence[str], flat: Mapping[str, object]) -> Iterator[str]:

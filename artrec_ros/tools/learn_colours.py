@@ -23,7 +23,7 @@ from ..io.learned.marked_scales import marked_scales
 from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
 from ..io.sources.frames import once
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
-from .colour_report import report, scale_line
+from .colour_report import report, size_lines
 from .colour_samples import Samples, Told, samples_of_labels, samples_of_regions
 from .colour_setup import ColourSetup, load_colour_setup
 from .colours_of_samples import learn_from
@@ -95,8 +95,8 @@ def run(args: argparse.Namespace) -> int:
     save_colours(args.output, learned.image)
     scales = marked_scales(args.annotations, setup.targets) if setup is not None else np.zeros(0)
     print("\n".join(report(learned, setup.bodies if setup is not None else (), scales)))
-    if len(scales):
-        print(scale_line(scales))
+    for line in size_lines(setup, scales) if setup is not None else ():
+        print(line)
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0
 

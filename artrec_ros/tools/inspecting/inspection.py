@@ -23,6 +23,7 @@ from .image_problems import image_problems
 from .oddities import buried, odd_units, on_own_colour, unborne
 from .shared_classes import shared_classes
 from .structure import split_sides
+from .too_small import too_small
 
 T = TypeVar("T")
 
@@ -59,7 +60,8 @@ def warnings(items: Sequence[Item]) -> Iterator[str]:
         yield from (f"{name}: {line}" for line in unborne(model))
     for path, setup in _all(items, Setup):
         for t in setup.targets:
-            yield from (f"{path}: {t.name}: {line}" for line in shared_classes(t.model, t.label))
+            seen = too_small(t.model, setup.recognizer.min_scale, setup.recognizer.min_blob_px)
+            yield from (f"{path}: {t.name}: {line}" for line in (*shared_classes(t.model, t.label), *seen))
 
 
 def calibrated_images(items: Sequence[Item]) -> bool | None:

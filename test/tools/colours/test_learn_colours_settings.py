@@ -152,3 +152,20 @@ def test_limits_of_the_scale_are_the_wider_the_fewer_objects_they_rest_on(
 ) -> None:
     assert scale_limits(np.array(scales)) == pytest.approx((low, high))
     assert said in scale_line(np.array(scales))
+
+
+def test_markers_that_are_specks_at_the_least_scale_are_told(robots: Path, capsys) -> None:
+    """They are of 0.2 m, marked with 80 px/m."""
+
+    def warned(**recognizer: float) -> list[str]:
+        more = "".join(f"\n      {name}: {value}" for name, value in recognizer.items())
+        (robots / "robots.yaml").write_text(f"{ROBOTS.rstrip()}\n    recognizer:{more}\n")
+        assert learn_robots(robots) == 0
+        return [line for line in capsys.readouterr().out.splitlines() if "min_blob_px" in line]
+
+    assert warned(min_blob_px=20) == []
+    (line,) = warned(min_blob_px=150)  # at the least scale that it suggests
+    assert line.startswith("warning: team: ahead/square, behind/square: ") and "the object is not found there" in line
+    assert warned(min_blob_px=150, min_scale=70.0) == []
+    (line,) = warned(min_scale=10.0)
+    assert "4 px at recognizer.min_scale 10 px/m, fewer than recognizer.min_blob_px 8" in line

@@ -1,6 +1,7 @@
 """`artrec inspect` as users call it: what it tells of files alone and together."""
 
 import json
+import math
 
 import cv2
 import pytest
@@ -8,6 +9,7 @@ import yaml
 from inspections import CONFIG, STAMP, inspect, write_bag, write_truth
 
 from artrec_ros.io.inventory import inventory
+from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.tools import getting_ready
 from artrec_ros.tools.main import main
 
@@ -18,6 +20,24 @@ def test_markers_that_have_their_bodys_class_are_told(tmp_path, config, capsys):
     path.write_text(path.read_text().replace("label: 2", "label: 6", 1))
     problems = inspect(capsys, path)[2]
     assert any("have the class of its body (6) and cannot be seen on it" in p for p in problems)
+
+
+def test_markers_that_are_specks_at_the_least_scale_are_told(config, capsys):
+    path = config / "excavator.yaml"
+    text = path.read_text()
+
+    def warned(least_scale):
+        path.write_text(text.replace("recognizer:\n", f"recognizer:\n      min_scale: {least_scale}\n", 1))
+        return [line for line in inspect(capsys, path)[1].splitlines() if "min_blob_px" in line]
+
+    stick = load_object(config / "objects/excavator.yaml").component("stick")
+    least = math.sqrt(8 / stick.marker("stick_left").area)
+    assert warned(0.0) == warned(1.01 * least) == []
+    (line,) = warned(0.99 * least)
+    assert line.startswith(f"warning: {path}: excavator: stick/stick_right, stick/stick_left: 7.84 px at recognizer.")
+    assert f"they are not seen there, but from {least:.4g} px/m on; make them larger or lower min_blob_px" in line
+    (line,) = warned(1.0)
+    assert "the object is not found there" in line
 
 
 def test_what_fits_gives_no_problem(tmp_path, config, capsys):

@@ -1,0 +1,43 @@
+"""What `artrec inspect` and `artrec learn-colours` say of markers that are specks at the least scale."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ...core.model.objects import ObjectModel
+from ...core.model.solids import closed_components
+from .structure import shortened
+
+_ROUNDING = 1.001  # of limits that are written with four digits, and leave a marker just enough
+
+
+def too_small(model: ObjectModel, least_scale: float, least_px: int) -> Iterator[str]:
+    """A line where markers that are seen straight on show fewer pixels than blobs have.
+
+    :param least_scale: at which the object may be seen, px/m; 0: no limit is known. :param least_px: of blobs.
+    """
+    if least_scale <= 0:
+        return
+    areas_px = {key: m2 * least_scale**2 for key, m2 in _areas_m2(model).items()}
+    small = {key: px for key, px in areas_px.items() if px * _ROUNDING < least_px}
+    if not small:
+        return
+    own = [key for key in areas_px if key[0] == model.required.name]
+    lost = "the object is not found there" if set(own) <= small.keys() else "they are not seen there"
+    least, most = (f"{px:.3g}" for px in (min(small.values()), max(small.values())))
+    yield (
+        f"{shortened(['/'.join(key) for key in small])}: {least if least == most else f'{least} to {most}'} px at "
+        f"recognizer.min_scale {least_scale:.4g} px/m, fewer than recognizer.min_blob_px {least_px}: {lost}, but from "
+        f"{least_scale * math.sqrt(least_px / min(small.values())):.4g} px/m on; make them larger or lower min_blob_px"
+    )
+
+
+def _areas_m2(model: ObjectModel) -> dict[tuple[str, str], float]:
+    """Of each marker; of what markers close in, whose sides are seen as one blob, of the largest alone."""
+    areas, solids = {key: m.area for key, m in model.markers.items()}, closed_components(model)
+    for name in solids:
+        mine = {key: m2 for key, m2 in areas.items() if key[0] == name}
+        for key in mine.keys() - {max(mine, key=mine.__getitem__)}:
+            del areas[key]
+    return areas

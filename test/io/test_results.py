@@ -70,11 +70,16 @@ def test_the_promised_names_are_there():
 
 
 def test_why_components_are_not_told_comes_back():
-    missing = (Missing("hand", "hidden", 3.0, 4.5, by="itself"), Missing("rod", "in doubt", 7.0, 8.0, score=0.25))
+    missing = (
+        Missing("hand", "hidden", 3.0, 4.5, by="itself"),
+        Missing("rod", "in doubt", 7.0, 8.0, score=0.25),
+        Missing("base", "in doubt", 1.0, 2.0),
+    )
     line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(replace(DETECTION, missing=missing),))).to_json()
     assert json.loads(line)["objects"][0]["missing"] == [
         {"name": "hand", "state": "hidden", "x": 3.0, "y": 4.5, "by": "itself"},
         {"name": "rod", "state": "in doubt", "x": 7.0, "y": 8.0, "score": 0.25},
+        {"name": "base", "state": "in doubt", "x": 1.0, "y": 2.0},
     ]
     assert FrameRecord.from_json(line).detections[0].missing == missing
 

@@ -79,7 +79,7 @@ class Missing:
         this component. Of several markers what is said of the one that is nearest to being seen.
     :param x, y: where that marker's centroid would be in the image, pixels; `elsewhere`: where that blob's middle is.
     :param by: `itself`, or the other object's name; empty: nothing that was found.
-    :param score: of what is in doubt the probability that it is its own marker.
+    :param score: of what is in doubt the probability that it is its own marker; 0: not known, as of the required one.
     """
 
     component: str

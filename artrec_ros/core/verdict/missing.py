@@ -56,7 +56,7 @@ class MissingParts:
 
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._surface, self._least_px = finder.surface, finder.config.min_blob_px
-        self._thin_px = finder.config.votes.ring_width_px
+        self._thin_px, self._told_agree = finder.config.votes.ring_width_px, finder.config.verdict.told_agree
         patches = [self._surface.patches[p] for p in self._surface.markers]
         self._normal = np.array([p.normal for p in patches])
         self._middle = np.array([p.drawn[0] for p in patches])
@@ -120,12 +120,19 @@ class MissingParts:
         name, (x, y) = self._names[component], view.centre[h, best].tolist()
         if component in doubted:
             return Missing(name, "in doubt", x, y, score=doubted[component])
+        if component == self._surface.root and state == _NOT_SEEN and self._shows_some(verdict):
+            return Missing(name, "in doubt", x, y)  # its probability, as others', nothing tells: its object's is known
         by = ""
         if state == _HIDDEN:
             within = view.within[h, best]
             own, anothers = (int((within & ~by_whom[h, best]).sum()) for by_whom in (view.open, view.free))
             by = _ITSELF if own >= anothers else _hider(h, best, verdict, among, view, frame)
         return Missing(name, _STATES[state], x, y, by)
+
+    def _shows_some(self, verdict: Verdict) -> bool:
+        """Whether the required component's marker bears its class on a share that would do, did votes speak for it."""
+        scores, patch = verdict.claim.scores, verdict.shown[self._surface.root]
+        return bool(scores.agree[0, patch] > self._told_agree and scores.area_px[0, patch] > self._least_px)
 
     def _state(self, state: int, outline: Array) -> int:
         """One marker's, by its outline (n, 2) in pixels: a sliver, be it long, may have no label of its own between the

@@ -89,7 +89,7 @@ def _missing_to_dict(m: Missing) -> dict[str, Any]:
     content: dict[str, Any] = {"name": m.component, "state": m.state, "x": rounded(m.x, 2), "y": rounded(m.y, 2)}
     if m.by:
         content["by"] = m.by
-    return {**content, "score": rounded(m.score, 4)} if m.state == "in doubt" else content
+    return {**content, "score": rounded(m.score, 4)} if m.score > 0 else content
 
 
 def _filtered_to_dict(f: Filtered, motion: Motion | None) -> dict[str, Any]:

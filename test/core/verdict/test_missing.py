@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from settings import DEFAULTS
+from settings import DEFAULTS, settings
 from solids import RED, RIGHT_SIDE, cabinet, camera_of, marker, pose, rectangle, render, truck
 
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -113,6 +113,20 @@ def test_a_sliver_that_seams_leave_no_label_is_too_small(wide_m, state):
     at = pose(0, 0, 0.8, 0.2, model=model)
     frame = seen((replace(model, components=(torso, replace(narrow, markers=()), hind)), at))
     assert missing_of(model, at, frame)["fore"].state == state
+
+
+@pytest.mark.parametrize(("share", "state"), [(0.75, "in doubt"), (1.0, "not seen")])
+def test_a_required_component_that_bears_some_of_its_class_is_in_doubt(share, state):
+    """Without a score: that of its object is not its own."""
+    model, finder = truck(), WholeObjectFinder(Target("truck", truck(), RED), settings(required="visible"))
+    at = pose(0, 0, 0.6, 0.1, model=model)
+    labels = seen((model, at)).field.labels.copy()
+    bare = replace(model, components=tuple(c if c.required else replace(c, markers=()) for c in model.components))
+    rows, columns = np.nonzero(seen((bare, at)).field.labels == RED)
+    lost = columns < np.quantile(columns, share) + 1
+    labels[rows[lost], columns[lost]] = 0
+    (torso,) = missing_of(model, at, ImageFrame(LabelField(labels), CAMERA), finder=finder).values()
+    assert (torso.component, torso.state, torso.score) == ("torso", state, 0.0)
 
 
 def test_what_may_be_anothers_is_in_doubt(monkeypatch):

@@ -67,7 +67,7 @@ class WholeObjectFinder:
         if facing:  # it is judged by as few points as its curves were fitted with
             self.surface.limits = self.surface.limits._replace(point_px=np.inf, level=self.surface.is_level)
         self.root = self.surface.root
-        self.root_labels = self.surface.labels[self.root]
+        self.root_labels = target.root_labels
         self._equip()
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.exchanges = Exchanges(self.surface) if facing else None

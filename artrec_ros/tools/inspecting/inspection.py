@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TypeVar
@@ -56,9 +57,14 @@ def problems(items: Sequence[Item]) -> Iterator[str]:
 
 def warnings(items: Sequence[Item]) -> Iterator[str]:
     """What works and may not be meant, as `artrec model` says it, too."""
-    for name, model in _models(items).items():
-        yield from (f"{name}: {line}" for line in unborne(model))
+    for path, model in _all(items, ObjectModel):
+        yield from (f"{path}: {line}" for line in unborne(model))
     for path, setup in _all(items, Setup):
+        said = defaultdict[str, list[str]](list)  # of one file once, however many go by it
+        for t in setup.targets:
+            for line in unborne(t.model):
+                said[line].append(t.name)
+        yield from (f"{path}: {', '.join(names)}: {line}" for line, names in said.items())
         for t in setup.targets:
             seen = too_small(t.model, setup.recognizer.min_scale, setup.recognizer.min_blob_px)
             yield from (f"{path}: {t.name}: {line}" for line in (*shared_classes(t.model, t.label), *seen))

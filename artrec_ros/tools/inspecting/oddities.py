@@ -32,11 +32,11 @@ def buried(model: ObjectModel) -> Iterator[str]:
 
 
 def unborne(model: ObjectModel) -> Iterator[str]:
-    """A line for each component with classes that no identity shows."""
-    for c in model.components:
-        if c.unborne:
-            names = ", ".join(f"'{name}'" for name in c.unborne)
-            yield f"no identity has the class {names} for '{c.name}': what shows it is no {c.name}"
+    """A line where components have classes that no identity shows."""
+    lacking = [(", ".join(f"'{name}'" for name in c.unborne), c.name) for c in model.components if c.unborne]
+    if lacking:
+        listed = ", nor ".join(f"{classes} for '{component}'" for classes, component in lacking)
+        yield f"no identity has the class {listed}: what shows it there is none of the object's"
 
 
 def odd_units(model: ObjectModel) -> Iterator[str]:
@@ -113,10 +113,15 @@ def on_own_colour(model: ObjectModel, label: int = 0) -> Iterator[str]:
 
 
 def oddities(target: Target) -> Iterator[str]:
-    """A line for what is hardly meant in the object file of something that is looked for or drawn."""
-    yield from (f"{target.name}: {line}" for line in hardly_meant(target.model, target.label))
+    """A line for what is hardly meant in the object file of something that is looked for or drawn: but for `unborne`,
+    which may be meant, as of a team that lacks some of its robots."""
+    yield from (f"{target.name}: {line}" for line in _mistakes(target.model, target.label))
 
 
 def hardly_meant(model: ObjectModel, label: int) -> Iterator[str]:
     """A line for each. :param label: of components without one of their own; 0: not known."""
-    return chain(buried(model), odd_units(model), on_own_colour(model, label), unborne(model), split_sides(model))
+    return chain(_mistakes(model, label), unborne(model))
+
+
+def _mistakes(model: ObjectModel, label: int) -> Iterator[str]:
+    return chain(buried(model), odd_units(model), on_own_colour(model, label), split_sides(model))

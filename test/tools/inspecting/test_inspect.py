@@ -10,7 +10,9 @@ from inspections import CONFIG, STAMP, inspect, write_bag, write_truth
 
 from artrec_ros.io.inventory import inventory
 from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools import getting_ready
+from artrec_ros.tools.inspecting.oddities import oddities
 from artrec_ros.tools.main import main
 
 
@@ -170,12 +172,15 @@ def test_what_model_warns_of_is_a_warning_here_too(tmp_path, capsys):
     (tmp_path / "robot.yaml").write_text(text[: text.index("  gv: {left: g")] + "unique: true\n")  # gr alone
     named = "{classes: [green, red, violet], green: {label: 2}, red: {label: 3}, violet: {label: 4}, kind: labels}"
     (tmp_path / "params.yaml").write_text(
-        "/**:\n  ros__parameters:\n    objects: [robot]\n    robot: {object_file: robot.yaml, label: 1}\n"
-        f"    image: {named}\n"
+        "/**:\n  ros__parameters:\n    objects: [robot, rival]\n    robot: {object_file: robot.yaml, label: 1}\n"
+        f"    rival: {{object_file: robot.yaml, label: 5}}\n    image: {named}\n"
     )
     code, printed, problems = inspect(capsys, tmp_path / "params.yaml")
     assert code == 0 and not problems
-    assert "robot: no identity has the class 'r', 'v' for 'left'" in printed and "\nwarning: " in printed
+    (line,) = [line for line in printed.splitlines() if "no identity has" in line]  # of both, by one file
+    assert line.startswith("warning: ") and ": robot, rival: no identity has the class 'r', 'v' for 'left'" in line
+    targets = load_parameters(tmp_path / "params.yaml").targets
+    assert [line for t in targets for line in oddities(t)] == []  # other commands take it as meant
 
 
 def test_an_empty_folder_is_told(tmp_path, capsys):

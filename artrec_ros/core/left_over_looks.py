@@ -67,10 +67,10 @@ class LeftOverLooks:
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
         own = [v for v in accepted if v.claim.finder.target is finder.target]
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
-        doubtful = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
-        mine = [v for v in own if v in doubtful or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
+        for_all = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
+        mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
         for verdict, left in self._left(finder, mine, frame, accepted, blobs):
-            if verdict in doubtful or left_overs.is_sure(left, blobs):
+            if verdict in for_all or left_overs.is_sure(left, blobs):
                 for middles in self._middles(finder, verdict, left, frame.camera):
                     yield finder, verdict, middles
         for verdict in asked if finder in self._balls else ():

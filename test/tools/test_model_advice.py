@@ -54,9 +54,7 @@ def test_classes_that_no_identity_shows_are_named(tmp_path):
     text = (OBJECTS / "mirosot.yaml").read_text()
     first = text[: text.index("  gv: {left: g")] + "unique: true\n"  # gr alone
     labels = dict(green=2, red=3, violet=4)
-    said = (
-        "warning: no identity has the class 'r', 'v' for 'left', nor 'g', 'v' for 'right': what shows it"
-    )
+    said = "warning: no identity has the class 'r', 'v' for 'left', nor 'g', 'v' for 'right': what shows it"
     (line,) = [line for line in advice_on(tmp_path, first, labels=labels) if "no identity has" in line]
     assert line.startswith(said)
     assert not [line for line in advice_on(tmp_path, text, labels=labels) if "no identity has" in line]

@@ -149,6 +149,63 @@ def in_order(kept: Kept, least: float, T: Any, score: Any, of: Any) -> int:
     return len(score)
 
 
+@inlined
+def tried(
+    x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, least_share: float,
+    best: float, at: Any, kept: Kept,
+) -> float:  # fmt: skip
+    """The best score so far, with that of a similarity of view `v`, which is kept if it is among the best.
+
+    :param best: before it.
+    """
+    wanted = max(least_share * best, kept.most[-1] - SLACK)
+    value = offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v])
+    note(kept.most, value)
+    return max(best, value)
+
+
+@lean
+def try_moments(
+    moments: Moments, m: BankArrays, look: Look, least_share: float, view: LabelView, at: Any, kept: Kept
+) -> float:  # fmt: skip
+    """The best score of what brings area, centroid and principal axis of a view and the blob together."""
+    best = 0.0
+    for v in range(len(m.area)):
+        k = math.sqrt(moments.area_px / m.area[v])
+        if not m.scale[v, 0] < k < m.scale[v, 1]:
+            continue
+        for quarter in (0, 2, 1, 3):
+            theta = moments.turn - m.direction[v] + quarter * math.pi / 2
+            a, b = k * math.cos(theta), k * math.sin(theta)
+            x, y = m.centroid[v, 0], m.centroid[v, 1]
+            x0, y0 = moments.x - a * x + b * y, moments.y - b * x - a * y
+            best = tried(x0, y0, a, b, m, v, look, view, least_share, best, at, kept)
+    return best
+
+
+@lean
+def try_anchors(
+    p1: Any, p2: Any, m: BankArrays, look: Look, least_share: float, best: float, view: LabelView, at: Any, kept: Kept
+) -> float:  # fmt: skip
+    """The best score so far, with those of what brings couples of anchors together. :param best: before it."""
+    for v in range(len(m.area)):
+        low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
+        for i in range(n):
+            q1, q2 = m.anchors[v, i], m.anchors[v, (i + 1) % n]
+            qx, qy = q2[0] - q1[0], q2[1] - q1[1]
+            size = qx * qx + qy * qy
+            if size == 0.0:
+                continue
+            qx, qy = qx / size, qy / size
+            for j in range(len(p1)):
+                px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
+                a, b = px * qx + py * qy, py * qx - px * qy
+                if low * low < a * a + b * b < high * high:
+                    x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
+                    best = tried(x0, y0, a, b, m, v, look, view, least_share, best, at, kept)
+    return best
+
+
 @lean
 def best_alignments(
     p1: Any, p2: Any, moments: Moments, m: BankArrays, look: Look, least_share: float, view: LabelView, at: Any,
@@ -163,37 +220,6 @@ def best_alignments(
     """
     kept.score[:] = -np.inf
     kept.most[:] = -np.inf
-    best = 0.0
-    for v in range(len(m.area)):
-        k = math.sqrt(moments.area_px / m.area[v])
-        if not m.scale[v, 0] < k < m.scale[v, 1]:
-            continue
-        for quarter in (0, 2, 1, 3):
-            theta = moments.turn - m.direction[v] + quarter * math.pi / 2
-            a, b = k * math.cos(theta), k * math.sin(theta)
-            x, y = m.centroid[v, 0], m.centroid[v, 1]
-            x0, y0 = moments.x - a * x + b * y, moments.y - b * x - a * y
-            wanted = max(least_share * best, kept.most[-1] - SLACK)
-            value = offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v])
-            best = max(best, value)
-            note(kept.most, value)
-    for v in range(len(m.area)):
-        low, high, n = m.scale[v, 0], m.scale[v, 1], m.n_anchors[v]
-        for i in range(n):
-            q1, q2 = m.anchors[v, i], m.anchors[v, (i + 1) % n]
-            qx, qy = q2[0] - q1[0], q2[1] - q1[1]
-            size = qx * qx + qy * qy
-            if size == 0.0:
-                continue
-            qx, qy = qx / size, qy / size
-            for j in range(len(p1)):
-                px, py = p2[j, 0] - p1[j, 0], p2[j, 1] - p1[j, 1]
-                a, b = px * qx + py * qy, py * qx - px * qy
-                if not (low * low < a * a + b * b < high * high):
-                    continue
-                x0, y0 = p1[j, 0] - a * q1[0] + b * q1[1], p1[j, 1] - b * q1[0] - a * q1[1]
-                wanted = max(least_share * best, kept.most[-1] - SLACK)
-                value = offer(x0, y0, a, b, m, v, look, view, wanted, at, kept.T[v], kept.score[v])
-                best = max(best, value)
-                note(kept.most, value)
+    best = try_moments(moments, m, look, least_share, view, at, kept)
+    best = try_anchors(p1, p2, m, look, least_share, best, view, at, kept)
     return in_order(kept, least_share * best, T, score, of)

@@ -8,7 +8,7 @@ well visible component is missed. Components of which the truth does not speak a
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.optimize import linear_sum_assignment
 from ...core.geometry.transforms import Array, wrap_angle
 from ...core.model.found import Detection, Instance
 from ...io.truth.records import Told, TrueComponent, TrueObject
+from .image_errors import image_errors
 from .outcomes import FrameOutcome, Outcome
 from .same_looks import told_otherwise
 
@@ -201,18 +202,7 @@ def _judge(o: TrueObject, d: Detection, root: str) -> Outcome:
     missed = _missed(o, {c.component for c in d.components}, root)
     right = None if o.told is Told.REQUIRED else all(hit for _, hit in hits) and not missed
     others = tuple((component, hit) for component, hit in hits if component != root)
-    return Outcome(o, _is_in_view(o, root), d, others, frozenset(missed), right, tuple(_image_errors(d, o)))
-
-
-def _image_errors(d: Detection, o: TrueObject) -> Iterator[tuple[float, float | None]]:
-    """Pixels and radians of each component whose own marker was annotated; of what has no direction no radians."""
-    for c in d.components:
-        key = f"{c.component}/{c.marker}"
-        axis, marker = o.axes.get(key), o.components.get(f"{c.component}@{c.marker}")
-        if axis is not None and marker is not None and marker.centre is not None:
-            along = np.arctan2(*(axis[1] - axis[0])[::-1])
-            turned = None if key in o.undirected else float(abs(wrap_angle(c.theta - along)))
-            yield _offset(c.x, c.y, marker.centre), turned
+    return Outcome(o, _is_in_view(o, root), d, others, frozenset(missed), right, image_errors(d, o))
 
 
 def _is_on_its_component(instance: Instance, o: TrueObject) -> bool | None:

@@ -23,7 +23,7 @@ class Outcome:
     :param missed: components that are well visible and were not found.
     :param right: None where the truth does not speak of components.
     :param image_errors: of the components whose marker's axis was annotated: how far the marker's centre is off
-        (pixels), and its direction (radians, 0 to pi; None: it looks the same in any turn).
+        (pixels), and its direction (radians, 0 to pi; None: it looks the same in any turn): see `image_errors`.
     :param looks: after which turns it looks the same.
     """
 

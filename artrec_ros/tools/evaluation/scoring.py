@@ -156,7 +156,10 @@ def _undirected(scored: Evaluation) -> Iterable[str]:
     """Why no direction is told where axes are annotated."""
     turns = [rad for _, o in scored.outcomes() for _, rad in o.image_errors]
     if turns and all(rad is None for rad in turns):
-        yield "no direction is judged: all markers that are annotated look the same in any turn, as discs do"
+        yield (
+            "no direction is judged: all markers that are annotated look the same in any turn, as discs do, and no two "
+            "of one object are found whose places would tell it"
+        )
 
 
 def _judge(

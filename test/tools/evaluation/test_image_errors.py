@@ -175,11 +175,29 @@ def test_the_direction_of_a_disc_is_whatever_the_annotator_chose_and_does_not_co
     assert (px, deg, n) == (pytest.approx(3.0, abs=1e-3), pytest.approx(0.0, abs=1e-3), [2, 1])
 
 
+ALL_DISCS = {"plate": {"disc": {"radius": 0.1}}, "stripe": DISCS[0]}
+
+
+@pytest.mark.parametrize("turned_deg", [0, 30, 180])
+def test_several_discs_tell_a_direction_by_their_places(tmp_path, turned_deg):
+    """Once an object, whatever direction is told of each."""
+    base, arm, angle = THING["base"], THING["arm"], np.radians(turned_deg)
+    x, y = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]]) @ (
+        arm.x - base.x,
+        arm.y - base.y,
+    )
+    places = ("base", base.x, base.y, 1.0), ("arm", base.x + x, base.y + y, 2.0)
+    parts = tuple(Instance(name, MARKERS[name], 0.9, *map(float, place), 200.0) for name, *place in places)
+    told = Detection("thing", 0, 0.9, ImagePose(base.x, base.y, 1.0, 200.0), parts, None, {})
+    _, deg, *n = errors(scored(tmp_path, [([annotated(0, 0, THING)], [told])], ALL_DISCS))
+    assert (deg, n) == (pytest.approx(turned_deg, abs=0.1), [2, 1])
+
+
 def test_where_nothing_has_a_direction_it_is_said_so(tmp_path, capsys):
-    frames = [([annotated(0, 0, THING)], [found(THING, (0, 6), 80)])]
-    px, deg, *n = errors(scored(tmp_path, frames, {"plate": {"disc": {"radius": 0.1}}, "stripe": DISCS[0]}))
+    frames = [([annotated(0, 0, THING)], [found({"base": THING["base"]}, (0, 6), 80)])]
+    px, deg, *n = errors(scored(tmp_path, frames, ALL_DISCS))
     told = capsys.readouterr().out
-    assert (deg, n) == (None, [2, 0]) and px is not None
+    assert (deg, n) == (None, [1, 0]) and px is not None
     assert "no direction is judged" in told and "direction, deg" not in told
 
 

@@ -35,7 +35,7 @@ from .options.camera_options import add_camera, camera_of
 from .options.outputs import OF_OBJECT, OF_PAGES, check_drawing, check_output
 from .options.paths import path
 from .options.picture_sizes import picture_sizes
-from .training.marked_lengths import lines, measured_by
+from .training.marked_lengths import lines, measured_by, varying
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
 _COMPARED = partial(bar, desc="comparing markers", unit="pair", delay=1, leave=False)
@@ -225,8 +225,10 @@ def _measured(model: ObjectModel, args: argparse.Namespace) -> tuple[ObjectModel
     """The object with the lengths that marked images tell, where these are better. Without calibration a length is in
     whatever the object file has: metres, or pixels of one picture."""
     camera = load_camera(args.camera_info) if args.camera_info else None
-    measured = measured_by(load_coco(args.marks), model, camera)
-    return measured.model if measured.helps else model, list(lines(measured, camera is not None))
+    marks = load_coco(args.marks)
+    measured = measured_by(marks, model, camera)
+    told = [*lines(measured, camera is not None), *(varying(marks, model) if camera is None else ())]
+    return measured.model if measured.helps else model, told
 
 
 def _kind(source: Path) -> str:

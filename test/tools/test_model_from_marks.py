@@ -113,3 +113,21 @@ def test_marks_that_measure_nothing_are_refused_with_the_reason(tmp_path):
         run(OBJECTS / "mirosot.yaml", "--marks", marks)
     with pytest.raises(ConfigError, match="measures what an object file has"):
         run(tmp_path / "drawing.svg", "--marks", marks)
+
+
+def test_a_distance_that_no_joint_changes_and_marks_do_is_told(tmp_path, capsys):
+    """Of a plate beside the base that slides by a tenth of their distance either way."""
+    source, marks = marked(tmp_path)
+    plate = "  plate: {markers: {bar: {pose: {xyz: [0, 0.1, 0]}}}}\n"
+    source.write_text(JOINTED.replace("ROD", "0.08").replace("  arm:\n", plate + "  arm:\n"))
+    coco = json.loads(marks.read_text())
+    coco["categories"][0]["keypoints"] += ["plate/bar.tail", "plate/bar.head"]
+    for row in coco["annotations"]:
+        tail, head = np.reshape(row["keypoints"], (-1, 3))[:2, :2]
+        aside = np.array([head[1] - tail[1], tail[0] - head[0]]) * (0.89 + 0.02 * row["image_id"])
+        row["keypoints"] += [float(v) for end in (tail + aside, head + aside) for v in (*end, 2)]
+    marks.write_text(json.dumps(coco))
+    assert run(source, "--marks", marks) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "no joint changes" in line]
+    assert len(told) == 1 and told[0].startswith("warning: base/bar and plate/bar: no joint changes their distance")
+    assert "0.89 to 1.11 times what it mostly is" in told[0] and "of 12 images" in told[0]

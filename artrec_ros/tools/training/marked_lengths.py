@@ -16,6 +16,7 @@ from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
 from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew, measure
+from ...core.learning.varying_distances import varying_distances
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
@@ -125,6 +126,23 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
         )
     for far in _worth_a_look(measured):
         yield f"{far.place}: {far.component}/{far.marker} lies {far.off_px:.0f} px off: tail and head, left and right?"
+
+
+def varying(annotations: Annotations, model: ObjectModel) -> Iterator[str]:
+    """A line for each two markers of a flat object whose distance no joint changes and marks do.
+
+    :param annotations: of images straight from above.
+    """
+    own = annotations.of(_categories_of(model, annotations))
+    found = varying_distances(model, [marks_of(model, o.points, o.place) for o in own.objects])
+    for v in found[:_FEW_FAR]:
+        yield (
+            f"warning: {'/'.join(v.first)} and {'/'.join(v.second)}: no joint changes their distance, but marks have "
+            f"it {v.least:.2f} to {v.most:.2f} times what it mostly is, off in {v.off} of {v.images} images, most in "
+            f"{v.place}: a mark that is wrong, or a joint that slides and is not declared"
+        )
+    if len(found) > _FEW_FAR:
+        yield f"warning: so have {len(found) - _FEW_FAR} more distances"
 
 
 def _table(changes: tuple[Change, ...], extent_m: float | None) -> Iterator[str]:

@@ -195,6 +195,7 @@ class Watcher:
         """Search an image of a scene. Of several claims at an object's place only the first accepted one, the one with
         the most votes, is right."""
         judge = Recorder.of(self._config)
+        assert isinstance(judge, Recorder)
         blobs = find_blobs(
             image.field.labels,
             {label for f in self._finders for labels in f.surface.labels for label in labels},

@@ -66,6 +66,7 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
         rng = np.random.default_rng([32, number])
         for frame in random_frames(world, number, scenes, exact=True):
             picture = painted(frame, shown, rng).picture
+            assert picture is not None
             field = LabelField(segmenter.codes(picture), meaning=segmenter.meaning)
             watcher.search(frame, ImageFrame(field, frame.camera, image=picture))
         claims.append(Claims.of(number, watcher.claims))

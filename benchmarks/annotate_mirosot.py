@@ -11,10 +11,10 @@ import argparse
 import json
 from pathlib import Path
 
-import cv2
 import numpy as np
 from coco import Axis, CocoWriter
 
+from artrec_ros.io.images.decoding import read_image
 from artrec_ros.io.objects.object_reader import load_object
 
 EVERY = 3
@@ -29,9 +29,11 @@ def axes(robot: dict, model_half_m: float) -> dict[str, Axis]:
     found = {}
     for component in load_object(OBJECT).components:
         for marker in component.markers:
-            ends = [np.array([robot["x"], robot["y"]]) + scale * (p[0] * ahead + p[1] * left) for p in
-                    (marker.tail, marker.head)]  # fmt: skip
-            found[f"{component.name}/{marker.name}"] = tuple(tuple(map(float, end)) for end in ends)
+            (x0, y0), (x1, y1) = (
+                (np.array([robot["x"], robot["y"]]) + scale * (p[0] * ahead + p[1] * left)).tolist()
+                for p in (marker.tail, marker.head)
+            )
+            found[f"{component.name}/{marker.name}"] = (x0, y0), (x1, y1)
     return found
 
 
@@ -48,7 +50,7 @@ def main() -> None:
     markers = [f"{c.name}/{m.name}" for c in model.components for m in c.markers]
     writer = CocoWriter("MiroSot robots", list(TEAMS.values()), markers)
     for name in named:
-        height, width = cv2.imread(str(args.folder / "frames" / name)).shape[:2]
+        height, width = read_image(args.folder / "frames" / name).shape[:2]
         image = writer.add_image(name, width, height)
         for robot in truth[name]:
             if robot.get("deg") is not None:

@@ -19,6 +19,7 @@ from coco import Axis, CocoWriter
 from shipped import image_config
 
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.io.images.decoding import read_image
 
 EVERY = 3
 DISCS = {"joint/disc": 2, "tip/disc": 3}  # class labels
@@ -51,7 +52,7 @@ def main() -> None:
     writer = CocoWriter(f"double pendulum, every {EVERY}rd frame", ["pendulum"], MARKERS)
     segmenter = Segmenter(image_config("pendulum"))
     for row in read_truth(args.folder)[::EVERY]:
-        labels = segmenter.labels(cv2.imread(str(args.folder / row["file"])))
+        labels = segmenter.labels(read_image(args.folder / row["file"]))
         image = writer.add_image(row["file"], labels.shape[1], labels.shape[0])
         pivot, joint, tip = (point(row, name) for name in "ABC")
         axes = {"lower/link": (joint, tip), "upper/link": (pivot, joint)}

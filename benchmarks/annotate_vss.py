@@ -18,6 +18,8 @@ from coco import Axis, CocoWriter
 from shipped import image_config
 from vss_patches import TEAMS, Patch, Robot, frame_paths, measure
 
+from artrec_ros.io.images.decoding import read_image
+
 EVERY = 3
 MARKERS = ("team/patch", "accent/patch")
 
@@ -57,7 +59,7 @@ def main() -> None:
     config = image_config("vss")
     writer = CocoWriter(f"soccer robots, every {EVERY}rd frame", list(TEAMS), MARKERS)
     for number, path in enumerate(frame_paths(args.folder)):
-        image = cv2.imread(str(path))
+        image = read_image(path)
         robots = measure(image, config)
         if args.overlays:
             args.overlays.mkdir(parents=True, exist_ok=True)

@@ -83,7 +83,7 @@ def random_object(seed: int) -> RandomObject:
     return RandomObject(ObjectModel(f"o{seed}", tuple(components)), pivots, around, rng.uniform(0.1, 0.7, count))
 
 
-def draw(fine: Array, model: ObjectModel, i: Instance, value: int) -> None:
+def draw(fine: np.ndarray, model: ObjectModel, i: Instance, value: int) -> None:
     marker = model.component(i.component).marker(i.marker)
     c, s = i.scale * np.array([np.cos(i.theta - marker.axis_angle), np.sin(i.theta - marker.axis_angle)])
     outline = (marker.image_outline @ np.array([[c, s], [-s, c]]) + (i.x, i.y) + 0.5) * FINE - 0.5
@@ -103,10 +103,10 @@ def scene(
     for _ in range(int(rng.integers(0, 6))):  # what looks like it: lone parts, other objects
         # a lone part of an object of one part would be the object
         source = made if rng.random() < 0.5 and len(made.model.components) > 1 else other
-        parts = list(source.placed(*spot(rng), rng).values())
-        for i in [parts[int(rng.integers(len(parts)))]] if source is made else parts:
+        shown = list(source.placed(*spot(rng), rng).values())
+        for i in [shown[int(rng.integers(len(shown)))]] if source is made else shown:
             draw(fine, source.model, i, LABEL)
-    truths = []
+    truths = list[dict[Key, Instance]]()
     for _ in range(int(rng.integers(0, 4))):
         parts = made.placed(*spot(rng), rng)
         truths.append(parts)
@@ -118,8 +118,8 @@ def scene(
         w, h = rng.uniform(10, 70, 2)
         corners = np.array([[x, y], [x + w, y + h]]) * FINE
         cv2.rectangle(fine, corners[0].astype(int).tolist(), corners[1].astype(int).tolist(), 0, -1)
-    shown = cv2.resize((fine > 0).astype(np.float32), SIZE, interpolation=cv2.INTER_AREA)
-    ragged = shown + rng.normal(0, 0.15, shown.shape) > rng.uniform(0.35, 0.65)
+    smooth = cv2.resize((fine > 0).astype(np.float32), SIZE, interpolation=cv2.INTER_AREA)
+    ragged = smooth + rng.normal(0, 0.15, smooth.shape) > rng.uniform(0.35, 0.65)
     labels = np.where(ragged, LABEL, 0).astype(np.uint8)
     labels[rng.random(labels.shape) < 0.001] = LABEL
     return labels, truths

@@ -120,10 +120,11 @@ def record(first: int, worlds: int, scenes: int) -> Errors:
     joints: list[tuple[float, float, float, Array]] = []
     for world in tqdm(range(first, first + worlds), disable=None):
         for detection, frame in found_in(world, scenes):
+            assert detection.pose is not None
             names, q, parts, seam_px = recorder.kept[detection.pose.position.tobytes()]
             truth = nearest(detection, frame)
             error = None if truth is None else error_of(detection.pose, truth[0])
-            if error is None:
+            if truth is None or error is None:
                 off += 1
                 continue
             range_m = float(np.linalg.norm(truth[0].position))
@@ -132,7 +133,7 @@ def record(first: int, worlds: int, scenes: int) -> Errors:
             joints += [(world, seam_px, q[j] - truth[1][names[j]], parts[:, :, 6 + j, 6 + j]) for j in told]
     columns = [np.array(c, np.float64) for c in zip(*rows, strict=True)]
     of_joints = [np.array(c, np.float64) for c in zip(*joints, strict=True)]
-    return Errors(*columns, *of_joints, np.array([off]))
+    return Errors(*(*columns, *of_joints, np.array([off])))
 
 
 def found_in(world: int, scenes: int) -> Iterator[tuple[Detection, SimulatedFrame]]:
@@ -149,7 +150,9 @@ def nearest(detection: Detection, frame: SimulatedFrame) -> tuple[Pose, dict[str
     here = [p for p in frame.scene.objects if p.target.name == detection.object]
     if not here:
         return None
-    off = [float(np.linalg.norm(p.T_camera_object.position - detection.pose.position)) for p in here]
+    told = detection.pose
+    assert told is not None
+    off = [float(np.linalg.norm(p.T_camera_object.position - told.position)) for p in here]
     placed = here[int(np.argmin(off))]
     return placed.T_camera_object, placed.joints
 

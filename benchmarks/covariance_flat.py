@@ -44,8 +44,8 @@ MOST_RAD, MOST_SHARE = np.radians(45), 0.4  # what is farther off is something e
 
 def flat_object(rng: np.random.Generator) -> Target:
     outline, radius = random_outline(rng.uniform(0.05, 0.1, 2), rng)
-    ends = [np.array([x, 0.0]) for x in (outline[:, 0].min(), outline[:, 0].max())]
-    marker = Marker("face", outline, *ends, radius, Pose(UP, np.zeros(3)))
+    tail, head = (np.array([x, 0.0]) for x in (outline[:, 0].min(), outline[:, 0].max()))
+    marker = Marker("face", outline, tail, head, radius, Pose(UP, np.zeros(3)))
     return Target("flat", ObjectModel("flat", (Component("plate", (marker,), required=True),)), LABEL)
 
 

@@ -36,7 +36,7 @@ COLUMNS = "world", "space", "p", "left", "spare", "right", "worst"
 class _Noting(LeftOvers):
     """Notes what each object leaves, in the order in which objects are described."""
 
-    def of(self, *args, **told) -> list[LeftOver]:  # type: ignore[no-untyped-def,override]
+    def of(self, *args, **told) -> list[LeftOver]:  # type: ignore[no-untyped-def]
         self.noted = super().of(*args, **told)
         return self.noted
 

@@ -166,6 +166,7 @@ def line(scene: Scene, frames: list[Frame], sent_ns: np.ndarray, answered: dict[
     sent = [int(s) for s in sent_ns if s * 1e-9 >= start_s]
     late = np.array([(answered[s] - s * 1e-9) * 1e3 for s in sent if s in answered])
     rows = rows[rows[:, 0] >= start_s]
+    assert frames[0].image is not None
     height, width = frames[0].image.shape[:2]
     if not len(late) or not len(rows):
         return f"| {scene.name} | {width}×{height} | {len(sent)} | none {'| ' * (len(COLUMNS) - 4)}|"

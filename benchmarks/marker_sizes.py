@@ -135,7 +135,7 @@ def flat_row(target: Target, size_px: float, slant_deg: float, blur_px: float, f
         if "accent" in found and np.linalg.norm(found["accent"] - true["accent"]) <= max(NEAR * size_px, 2.0):
             right += 1
         if "accent" in found:
-            turns.append(abs(np.degrees(wrap_angle(direction(found) - direction(true)))))
+            turns.append(float(abs(np.degrees(wrap_angle(direction(found) - direction(true))))))
     return Row(frames, right, false, tuple(offsets), tuple(turns or [np.nan]))
 
 
@@ -176,11 +176,11 @@ def space_row(setup: Setup, size_px: float, blur_px: float, frames: int) -> Row:
         false += len(found) - min(len(here), 1)
         if not here:
             continue
-        best = min(here, key=lambda d: range_error(d.pose, placed) if d.pose else np.inf)
+        best = min(here, key=lambda d: float(range_error(d.pose, placed)) if d.pose else np.inf)
         assert best.pose is not None
         cosine = (np.trace(best.pose.rotation @ placed.T_camera_object.rotation.T) - 1) / 2
         turn = float(np.degrees(np.arccos(np.clip(cosine, -1, 1))))
-        joints = [abs(np.degrees(wrap_angle(q - placed.joints[name]))) for name, q in best.joints.items()]
+        joints = [float(abs(np.degrees(wrap_angle(q - placed.joints[name])))) for name, q in best.joints.items()]
         right += max([turn, *joints]) <= NEAR_DEG
         offsets.append(range_error(best.pose, placed))
         turns.append(turn)
@@ -219,7 +219,8 @@ def colour_rows(inks: tuple[str, ...], tint: float) -> Array:
     segmenter, rng = Segmenter(ImageConfig(kind="colour", classes=classes)), np.random.default_rng(0)
     rows = []
     for name in inks:
-        gain = np.exp(rng.uniform(*np.log(INK_LIGHT), (INK_PIXELS, 1)) + rng.normal(0, tint, (INK_PIXELS, 3)))
+        least, most = np.log(INK_LIGHT)
+        gain = np.exp(rng.uniform(least, most, (INK_PIXELS, 1)) + rng.normal(0, tint, (INK_PIXELS, 3)))
         seen = np.array(INKS[name][::-1]) * gain + rng.normal(0, 255 * INK_NOISE, (INK_PIXELS, 3))
         labels = segmenter.labels(np.clip(np.rint(seen), 0, 255).astype(np.uint8)[None])
         rows.append(np.bincount(labels.ravel(), minlength=len(inks) + 1) / INK_PIXELS)

@@ -49,6 +49,7 @@ class Row:
 
 def labels_of(path: Path) -> np.ndarray:
     grey = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE)
+    assert grey is not None, path
     return np.where(grey > 127, LABEL, 0).astype(np.uint8)
 
 

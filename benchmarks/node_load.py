@@ -73,7 +73,7 @@ def run_node(arguments: list[str], record: Path, capacity: int) -> int:
         count += 1
         plain(node, report)
 
-    RecognizerNode.account = account  # type: ignore[method-assign]
+    RecognizerNode.account = account  # type: ignore[method-assign,assignment]
     code = main(arguments)
     np.save(record, rows[:count])
     return code

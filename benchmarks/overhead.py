@@ -123,7 +123,7 @@ class Room:
             shown = cv2.GaussianBlur(shown, (0, 0), self.blur_px)
         noisy = np.clip(np.rint(shown + rng.normal(0, self.noise, shown.shape)), 0, 255).astype(np.uint8)
         packed = cv2.imencode(".jpg", noisy[..., ::-1], [cv2.IMWRITE_JPEG_QUALITY, self.quality])[1]
-        return cv2.imdecode(packed, cv2.IMREAD_COLOR)
+        return np.asarray(cv2.imdecode(packed, cv2.IMREAD_COLOR))
 
     def _floor(self, rng: np.random.Generator) -> Array:
         """Its grain, and white lines on it."""
@@ -132,8 +132,8 @@ class Room:
         coarse = np.clip(self.floor * grain[..., None], 0, 255).astype(np.uint8)
         fine = cv2.resize(coarse, (FINE * width, FINE * height), interpolation=cv2.INTER_LINEAR)
         for _ in range(3):
-            ends = rng.uniform(0, 1, (2, 2)) * IMAGE * FINE
-            cv2.line(fine, *ends.astype(int).tolist(), (215, 215, 215), int(FINE * self.size_px / 5))
+            tail, head = (rng.uniform(0, 1, (2, 2)) * IMAGE * FINE).astype(int).tolist()
+            cv2.line(fine, tail, head, (215, 215, 215), int(FINE * self.size_px / 5))
         return fine
 
     def _draw(self, fine: Array, robot: Robot) -> None:
@@ -175,7 +175,7 @@ def robots_of(room: Room, touching: bool, rng: np.random.Generator) -> list[Robo
                 across = np.array([-np.sin(way), np.cos(way)]) * rng.uniform(-0.4, 0.4) * side
                 at = np.array([other.x, other.y]) + (side + 0.3) * np.array([np.cos(way), np.sin(way)]) + across
                 deg = other.deg + 90 * rng.integers(4)
-            new = Robot(team, pair, *at.tolist(), float(deg))
+            new = Robot(team, pair, float(at[0]), float(at[1]), float(deg))
             if not any(_overlap(new, old, side, 0.0 if beside else 0.5 * side) for old in placed):
                 placed.append(new)
                 break

@@ -154,7 +154,9 @@ def _ends(model: ObjectModel, q: Array, stretch: Array) -> list[tuple[Array, Arr
             t = t + R @ (T.position * stretch[k - 1])
             R = R @ T.rotation
             R = R if component.joint.kind == "fixed" else R @ rotation_from_rotvec([0, 0, next(joints)])
-        out.append((R, t + R @ (component.markers[0].T_component_marker.position * stretch[k])))
+        place = component.markers[0].T_component_marker
+        assert place is not None
+        out.append((R, t + R @ (place.position * stretch[k])))
     return out
 
 

@@ -156,7 +156,7 @@ def _place(pattern: Pattern, camera: Camera, rng: np.random.Generator) -> Placed
 
 def random_clutter(camera: Camera, label: int, share: float, depth: float, rng: np.random.Generator) -> list[Surface]:
     """Patches of a class over about that share of the image, ragged, long or small; most of them behind an object."""
-    left, out, width = share * camera.size[0] * camera.size[1], [], camera.size[0]
+    left, out, width = share * camera.size[0] * camera.size[1], list[Surface](), camera.size[0]
     while left > 0 and len(out) < 200:
         ahead, kind = rng.random() < 0.1, rng.choice(["ragged", "long", "small"], p=[0.4, 0.3, 0.3])
         reach = width * (rng.uniform(0.01, 0.03) if ahead or kind == "small" else rng.uniform(0.04, 0.18))

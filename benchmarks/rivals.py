@@ -56,7 +56,8 @@ def with_tags(image: NDArray[np.uint8], count: int, rng: np.random.Generator) ->
     cell = min(image.shape[1] / columns, image.shape[0] / np.ceil(count / columns))
     side = int(min(0.6 * cell, 0.25 * image.shape[0]))
     for n in range(count):
-        card = cv2.copyMakeBorder(cv2.aruco.generateImageMarker(_TAGS, n, side), *[side // 6] * 4, 0, value=255)
+        tag, wide = cv2.aruco.generateImageMarker(_TAGS, n, side), side // 6
+        card = cv2.copyMakeBorder(tag, wide, wide, wide, wide, cv2.BORDER_CONSTANT, value=255)
         centre = (np.array([n % columns, n // columns]) + 0.5) * cell
         turn = cv2.getRotationMatrix2D(((card.shape[1] - 1) / 2,) * 2, rng.uniform(-20, 20), 1.0)
         turn[:, 2] += centre - (card.shape[1] - 1) / 2

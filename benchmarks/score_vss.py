@@ -8,12 +8,13 @@ A robot is found when a detection of its team has the team's patch and the accen
 
 from __future__ import annotations
 
-import cv2
 import numpy as np
 from annotate_vss import EVERY
 from replayed import folder_and_objects
 from shipped import image_config
 from vss_patches import Patch, Robot, frame_paths, measure
+
+from artrec_ros.io.images.decoding import read_image
 
 NEAR_PX, NEAR_CUT_PX = 5.0, 8.0
 
@@ -56,7 +57,7 @@ def main() -> None:
     folder, frames = folder_and_objects(str(__doc__))
     config = image_config("vss")
     counts = {
-        path.name: frame_counts(measure(cv2.imread(str(path)), config), frames.get(path.name, []))
+        path.name: frame_counts(measure(read_image(path), config), frames.get(path.name, []))
         for path in frame_paths(folder)
     }
     trained = list(counts)[::EVERY]

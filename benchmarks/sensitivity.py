@@ -90,6 +90,7 @@ class Material:
     def measured(self, setup: Setup) -> Outcome:
         recognizer, seen, begun = setup.build(), [], time.process_time()
         for frame in self.frames:
+            assert frame.image is not None
             seen.append(Recognised(frame.stamp_ns, frame.name, recognizer.recognize(frame.image, frame.camera)))
         ms = 1e3 * (time.process_time() - begun) / len(self.frames)
         found = tuple(tuple(_told(d) for d in s.result.detections) for s in seen if s.result)
@@ -170,9 +171,12 @@ class Row:
 def row_of(name: str, value: Any, pairs: Sequence[tuple[Outcome, Outcome]]) -> Row:
     """:param pairs: per set, with the default and with the value."""
     changed = sum(a != b for before, after in pairs for a, b in zip(before.found, after.found, strict=True))
-    sums = [sum(getattr(b, f) - getattr(a, f) for a, b in pairs) for f in ("recognised", "right", "false")]
+    recognised, right, false = (
+        sum(getattr(b, f) - getattr(a, f) for a, b in pairs) for f in ("recognised", "right", "false")
+    )
     errors = tuple(_factor([(a.errors[n], b.errors[n]) for a, b in pairs if a.errors]) for n in range(3))
-    return Row(name, value, changed, *sums, errors, float(np.mean([b.ms - a.ms for a, b in pairs])))
+    slower_ms = float(np.mean([b.ms - a.ms for a, b in pairs]))
+    return Row(name, value, changed, recognised, right, false, errors, slower_ms)
 
 
 def _factor(pairs: Sequence[tuple[Sequence[float], Sequence[float]]]) -> float:
@@ -218,7 +222,7 @@ def main() -> None:
     p.add_argument("--topic", help="the image topic of bags that have several")
     p.add_argument("--only", nargs="+", default=[""], help="parameters whose names contain one of these")
     args = p.parse_args()
-    sets = [Material.load(*given, args.frames, args.flat, args.topic) for given in args.set]
+    sets = [Material.load(p, s, t, args.frames, args.flat, args.topic) for p, s, t in args.set]
     idle = []
     for both in rows(sets, [s for s in searched(sets) if any(part in s.name for part in args.only)]):
         nothing = not any(row.changed for row in both)

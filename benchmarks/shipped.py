@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -16,7 +17,10 @@ def image_config(name: str) -> ImageConfig:
     text = (CONFIG / f"{name}.yaml").read_text(encoding="utf-8")
     values = yaml.safe_load(text)["/**"]["ros__parameters"]["image"]
     classes = {
-        name: ClassConfig(**{k: tuple(v) if isinstance(v, list) else v for k, v in values.pop(name).items()})
-        for name in values.pop("classes")
+        name: ClassConfig(**{k: _as_read(v) for k, v in values.pop(name).items()}) for name in values.pop("classes")
     }
     return ImageConfig(classes=classes, blank=tuple(values.pop("blank")), **values)
+
+
+def _as_read(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value

@@ -32,7 +32,7 @@ class Evidence(NamedTuple):
     votes: Array
     contours: Array
 
-    def log_odds(self, weights: Sequence[float]) -> Array:
+    def log_odds(self, weights: Sequence[float] | Array) -> Array:
         """(H,) of the mirrored turns. :param weights: without evidence, of votes, of contours."""
         return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours, np.float64)
 

@@ -60,14 +60,12 @@ def warnings(items: Sequence[Item]) -> Iterator[str]:
     for path, model in _all(items, ObjectModel):
         yield from (f"{path}: {line}" for line in unborne(model))
     for path, setup in _all(items, Setup):
-        said = defaultdict[str, list[str]](list)  # of one file once, however many go by it
+        said, seen = defaultdict[str, list[str]](list), setup.recognizer  # of one file once, however many go by it
         for t in setup.targets:
-            for line in unborne(t.model):
+            small = too_small(t.model, seen.min_scale, seen.min_blob_px)
+            for line in (*unborne(t.model), *shared_classes(t.model, t.label), *small):
                 said[line].append(t.name)
         yield from (f"{path}: {', '.join(names)}: {line}" for line, names in said.items())
-        for t in setup.targets:
-            seen = too_small(t.model, setup.recognizer.min_scale, setup.recognizer.min_blob_px)
-            yield from (f"{path}: {t.name}: {line}" for line in (*shared_classes(t.model, t.label), *seen))
 
 
 def calibrated_images(items: Sequence[Item]) -> bool | None:

@@ -23,6 +23,7 @@ from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
 from .model.found import Detection, Rejection
 from .model.target import Target
+from .turned_down import unmatched
 from .verdict.report import detections_of, rejections_of
 
 
@@ -39,6 +40,14 @@ class FlatStage:
         self._wanted = {
             (shape, label) for r in self._roles for shape, label in zip(r.shape.tolist(), r.label.tolist(), strict=True)
         }
+
+    def unmatched(
+        self, blobs: Sequence[Blob], detections: Sequence[Detection], rejected: Sequence[Rejection]
+    ) -> Sequence[Rejection]:
+        """Large blobs of its targets in which nothing was found or turned down."""
+        if not self._targets or not blobs:
+            return ()
+        return Deferred(lambda: unmatched(self._targets, blobs, detections, rejected))
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
         """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from itertools import islice
 
 import numpy as np
 
 from .geometry.projection import project
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
-from .model.found import Rejection
+from .model.found import Detection, Rejection
+from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .verdict.claims import Claim, left_by
 from .verdict.identity import NONE_LEFT
@@ -60,15 +62,32 @@ def _unexplained(
     places = np.array([(r.x, r.y) for r in rejected]).reshape(-1, 2)
     left = left_by(frame, accepted).field
     for finder in finders:
-        explained, told = finder.config.search.explained, 0
-        for blob in sorted((b for b in blobs if b.label in finder.root_labels), key=lambda b: -b.area_px):
-            if told == _MOST:
-                break
-            if not _holds(blob, places) and left.owned_inside(blob.pixels) < explained:
-                x, y = blob.middle.tolist()
-                reason = f"no candidate is left in this blob of {blob.area_px:.0f} pixels of its class"
-                yield Rejection(finder.target.name, reason, 0.0, x, y)
-                told += 1
+        free = (b for b in _largest(finder.target, blobs, places)
+                if left.owned_inside(b.pixels) < finder.config.search.explained)  # fmt: skip
+        yield from _without(finder.target, free, "no candidate is left in")
+
+
+def unmatched(
+    targets: Sequence[Target], blobs: Sequence[Blob], detections: Sequence[Detection], rejected: Sequence[Rejection]
+) -> Iterator[Rejection]:
+    """The same of targets that are found by their outlines and constraints."""
+    seen = [(c.x, c.y) for d in detections for c in d.components] + [(r.x, r.y) for r in rejected]
+    for target in targets:
+        largest = _largest(target, blobs, np.array(seen).reshape(-1, 2))
+        yield from _without(target, largest, f"no outline of '{target.model.required.name}' fits")
+
+
+def _largest(target: Target, blobs: Sequence[Blob], places: np.ndarray) -> Iterator[Blob]:
+    """Blobs of the required component's class in which none of these places (n, 2) lies, the largest first."""
+    mine = sorted((b for b in blobs if b.label in target.root_labels), key=lambda b: -b.area_px)
+    return (b for b in mine if not _holds(b, places))
+
+
+def _without(target: Target, blobs: Iterator[Blob], what: str) -> Iterator[Rejection]:
+    """That the first few of some blobs led to nothing. :param what: is said of each."""
+    for blob in islice(blobs, _MOST):
+        x, y = blob.middle.tolist()
+        yield Rejection(target.name, f"{what} this blob of {blob.area_px:.0f} pixels of its class", 0.0, x, y)
 
 
 def _holds(blob: Blob, places: np.ndarray) -> bool:

@@ -105,6 +105,17 @@ def test_a_base_alone_is_rejected_with_the_constraint_that_fails():
     assert alone.detections[0].score < 0.7
 
 
+def test_a_large_blob_that_no_outline_fits_is_told_and_none_that_an_object_explains():
+    labels = render(SIZE, crane(), [truth := crane_placed(150, 110, 0.2, 55)], RED)
+    y, x = np.indices(labels.shape)
+    labels[np.hypot(x - 360, y - 190) < 26] = RED
+    result = recognizer().recognize(labels)
+    assert len(result.detections) == 1 and agrees(result.detections[0], truth)
+    told = [r for r in result.rejected if "no outline of 'base' fits this blob of" in r.reason]
+    assert len(told) == 1 and np.hypot(told[0].x - 360, told[0].y - 190) < 1
+    assert not [r for r in result.rejected if r is not told[0] and "blob" in r.reason]
+
+
 def test_a_contested_component_goes_where_it_belongs():
     rng = np.random.default_rng(0)
     model = ObjectModel(

@@ -108,11 +108,18 @@ class RecognizerConfig:
     min_match: float = param(
         0.55, "least share of a shape's visible outline that must match", low=0, high=1, paths=("plane",)
     )
-    min_probability: float = param(0.4, "least probability of a whole object", low=0, high=1, paths=("space", "facing"))
+    min_probability: float = param(
+        0.4,
+        "least probability of a whole object by what is seen of it; its score may be less, where patches like its own "
+        "lie about, or blobs are left that may be parts of it (as_told)",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+    )
     min_component_probability: float = param(
         0.4,
-        "least probability that a component of an object found as a whole lies on its own marker; others, and joints "
-        "that no component tells, are left out",
+        "least probability that a component of an object found as a whole lies on its own marker, if its pose is the "
+        "one that is told; others, and joints that no component tells, are left out",
         low=0,
         high=1,
         paths=("space", "facing"),

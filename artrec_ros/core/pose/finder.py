@@ -218,8 +218,7 @@ class WholeObjectFinder:
 
     def _with_bent(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the same with joints sought anew: a better pose may show a limb that a worse one missed."""
-        bent = Poses.concatenate([found.poses, self.surface.search_joints(frame, found.poses, self._grids)])
-        return self.ranked(frame, bent)
+        return found + self.ranked(frame, self.surface.search_joints(frame, found.poses, self._grids))
 
     def moved(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Hypotheses after a climb on the votes."""

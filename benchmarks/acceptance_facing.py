@@ -14,8 +14,7 @@ import numpy as np
 from acceptance import COLUMNS, PART_INDEX, Model, arguments, fitted_parts, report, rows_of, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
 from acceptance_fit import best_of_several
-from numpy.typing import NDArray
-from random_flat import FlatScene, flat_frames, flat_world, world_colours
+from random_flat import LEAST_PX, MOST_PX, FlatScene, flat_frames, flat_world, strewn, true_scales, world_colours
 from tqdm import tqdm
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -23,6 +22,7 @@ from artrec_ros.core.facing_search import FacingSearch
 from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.range_limits import ScaleLimits, scale_limits
+from artrec_ros.core.geometry.transforms import Array
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.codes import Codes
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -41,9 +41,11 @@ from artrec_ros.simulation.truth import ObjectTruth
 
 OUT = Path(facing_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; blur, which takes from a rim, takes more of it
-# in pictures than in made-up ones
+# in pictures than in made-up ones; of what lacks most of its parts in plain view strays are likelier to be the rest
+LACK = "deserted", "borne out"
 OF_LABELS = {
-    case: (*("edge" if name == "rim" else name for name in names), "parted") for case, names in COLUMNS.items()
+    case: (*("edge" if name == "rim" else name for name in names), *["lacking"] * (case in LACK), "parted")
+    for case, names in COLUMNS.items()
 }
 FACING = {case: (*names, "known") for case, names in OF_LABELS.items()}
 FACING |= {
@@ -52,7 +54,6 @@ FACING |= {
 UNSEEN = [case for case in FACING if case.startswith(("unseen", "faded"))]
 RARE = "unseen", "unseen in colour"  # few and seldom right: fitted together, on all worlds, by what labels tell
 FACING |= dict.fromkeys(RARE, FACING["unseen"])
-LEAST_PX, MOST_PX = 8.0, 60.0  # of a required component: between these lie limits of the scale where no object is
 WIDER = 0.05, 0.4  # limits of the scale are wider than what there is, logarithm
 
 _Verdicts = tuple[Sequence[Verdict], Sequence[Verdict]]
@@ -75,16 +76,6 @@ def is_there(verdict: Verdict, truth: ObjectTruth, faced: ImageFrame, scene: Fla
         off_px <= SIZE_SHARE * size_px + SIZE_PX
         and off_scale <= max(1.5 * RANGE_SHARE, (RANGE_PX + scene.way_px) / size_px)
     )
-
-
-def true_scales(truths: Sequence[ObjectTruth], frame: SimulatedFrame) -> list[float]:
-    """Pixels per metre of the required components of objects."""
-    out = []
-    for placed in (truth.placed for truth in truths):
-        model = placed.target.model
-        T = placed.T_camera_object @ component_poses(model, placed.joints)[model.required.name]
-        out.append(frame.camera.focal_px / T.apply(model.required.markers[0].centre[None])[0, 2])
-    return out
 
 
 class FacingWatcher(Watcher):
@@ -157,7 +148,7 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
         world, colours = flat_world(number), world_colours(number)
         looks = FirstLooks(world.targets, colours, number)
         both = FacingWatcher(world.targets, colours, number, "visible" if number // 2 % 2 else "strict")
-        for scene in flat_frames(world, number, scenes):
+        for scene in flat_frames(world, number, scenes, partial(strewn, world=world)):
             looks.see(scene)
             both.see(scene)
         found = [c for c in looks.claims if c[1].case not in UNSEEN] + [c for c in both.claims if c[1].case in UNSEEN]
@@ -166,13 +157,24 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
     return joined(claims), joined(parts)
 
 
-def fitted(claims: Claims, even: NDArray[np.bool_]) -> Model:
-    """:param even: (n,) which claims are of even-numbered worlds."""
-    usual = Model.fitted(claims[even], {case: names for case, names in FACING.items() if case not in RARE})
+def fitted(claims: Claims) -> Model:
+    """The curves of some claims."""
+    usual = Model.fitted(claims, {case: names for case, names in FACING.items() if case not in RARE})
     rare = claims[np.isin(claims.case, RARE)]
     curves, note = best_of_several(rows_of(rare, FACING["unseen"]), rare.right, rare.world)
     of_all = {case: usual.curves.get(case, curves) for case in FACING}
     return Model(FACING, of_all, {case: usual.notes.get(case, note) for case in FACING})
+
+
+def by_the_other_half(claims: Claims, parts: Parts) -> tuple[Array, Array]:
+    """(n,) probabilities of claims and (m,) of components, those of even-numbered worlds by curves of the odd-numbered
+    ones and the other way round: worlds differ more than claims in one, and so the curves in force are of all."""
+    p, p_parts = np.empty(len(claims.right)), np.empty(len(parts.right))
+    for half in (0, 1):
+        rest, rest_part = claims.world % 2 != half, parts.world % 2 != half
+        p[rest] = fitted(claims[~rest]).probability(claims[rest])
+        p_parts[rest_part] = fitted_parts(parts[~rest_part])[0].probability(parts.evidence[rest_part][:, PART_INDEX])
+    return p, p_parts
 
 
 def main() -> None:
@@ -180,27 +182,26 @@ def main() -> None:
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)
-    even, even_part = claims.world % 2 == 0, parts.world % 2 == 0
-    report("as they scored", claims[~even].score, claims[~even])
-    report("components as they scored", parts[~even_part].score, parts[~even_part], "components")
+    report("as they scored", claims.score, claims)
+    report("components as they scored", parts.score, parts, "components")
     if args.fit:
-        model, of_parts, rest = fitted(claims, even), fitted_parts(parts[even_part]), claims[~even]
-        p, p_parts = model.probability(rest), of_parts[0].probability(parts[~even_part].evidence[:, PART_INDEX])
+        model, of_parts = fitted(claims), fitted_parts(parts)
+        p, p_parts = by_the_other_half(claims, parts)
         said = (
-            f"Fitted on {even.sum()} claims and {even_part.sum()} components in the even-numbered of worlds "
-            f"{claims.world.min()} to {claims.world.max()}; those whose required component is out of sight in all, "
-            "together.",
-            f"On the odd-numbered ones: {summary(p, rest)}; {summary(p_parts, parts[~even_part], 'components')}.",
+            f"Fitted on claims and components in worlds {claims.world.min()} to {claims.world.max()}; those whose "
+            "required component is out of sight in all, together.",
+            "Those in even-numbered worlds by curves of the odd-numbered ones, and the other way round: "
+            f"{summary(p, claims)}; {summary(p_parts, parts, 'components')}.",
         )
         write(model, of_parts, said, OUT, Path(__file__).name)
-        report("fitted", p, rest)
-        report("components, fitted", p_parts, parts[~even_part], "components")
+        report("by the other half", p, claims)
+        report("components, by the other half", p_parts, parts, "components")
         for case in FACING:
-            print(f"{case}: {summary(p[rest.case == case], rest[rest.case == case])}")
+            print(f"{case}: {summary(p[claims.case == case], claims[claims.case == case])}")
         for least in (0.2, 0.3, 0.4, 0.5, 0.6):
             taken = p >= least
             print(f"min_probability {least}: expected precision {p[taken].mean():.3f}, precision", end=" ")
-            print(f"{rest.right[taken].mean():.3f}, kept {rest.right[taken].sum() / rest.right.sum():.3f}")
+            print(f"{claims.right[taken].mean():.3f}, kept {claims.right[taken].sum() / claims.right.sum():.3f}")
 
 
 if __name__ == "__main__":

@@ -14,12 +14,11 @@ from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 
-import cv2
 import numpy as np
-from acceptance_facing import LEAST_PX, MOST_PX, WIDER, is_there, true_scales
+from acceptance_facing import WIDER, is_there
 from acceptance_fit import log_loss, tell
 from kept_rows import rows_of
-from random_flat import FlatScene, flat_frames, flat_world, world_colours
+from random_flat import FlatScene, flat_frames, flat_world, strays, true_scales, world_colours
 from random_patterns import shaded
 from random_solids import World
 from scipy.special import expit, logit
@@ -38,8 +37,6 @@ from artrec_ros.simulation.simulator import SimulatedFrame
 
 PATCHES, HIDDEN = (0, 3, 10, 30, 100, 200), (0.0, 0.1, 0.4)  # of a scene, at most; share of components
 WIDER_VIEW = 2  # times as wide and as high as without the patches, that there may be many
-AS_LARGE = 0.15  # logarithm, by which patches are larger or smaller than an object's markers
-GAP = np.ones((5, 5), np.uint8)  # two pixels between a patch and anything else
 COLUMNS = "world", "p", "expected", "wide", "right"
 MOST_LOST = 0.003  # log loss in usual images: a fifth of what it differs by between halves of the worlds
 
@@ -49,21 +46,7 @@ def crowd(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> Simu
     in a wider view."""
     frame = shaded(frame, rng, float(rng.choice(HIDDEN)))
     frame = widened(frame, rng) if rng.random() < 0.5 else frame
-    markers = [(m, t.label if c.label is None else c.label) for t in world.targets for c in t.model.components
-               for m in c.markers]  # fmt: skip
-    area = world.targets[0].model.required.markers[0].area
-    any_one = np.exp(rng.uniform(*np.log([LEAST_PX, MOST_PX]))) / np.sqrt(area)
-    scale, labels = np.median(true_scales(frame.truths, frame) or [any_one]), frame.labels.copy()
-    for _ in range(int(rng.choice(PATCHES))):
-        marker, label = markers[rng.integers(len(markers))]
-        turn, size = rng.uniform(-np.pi, np.pi), scale * np.exp(rng.uniform(-AS_LARGE, AS_LARGE))
-        R = np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
-        outline = (marker.outline - marker.outline.mean(axis=0)) @ R * size + rng.uniform((0, 0), labels.shape[::-1])
-        mask = np.zeros_like(labels)
-        cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 1)
-        if not labels[cv2.dilate(mask, GAP) > 0].any():
-            labels[mask > 0] = label
-    return replace(frame, labels=labels)
+    return strays(frame, rng, world, int(rng.choice(PATCHES)))
 
 
 def widened(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:

@@ -1,9 +1,10 @@
 """Flat objects made up at random, and scenes of them as an uncalibrated camera sees them: what
 `benchmarks/acceptance_facing.py` fits and measures on.
 
-Half of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up), limbs with a
-colour of their own at times on bodies of the object's; half are small rigid patterns, a base that is cut into a few
-pieces of several classes, as robots bear them that are seen from above. They are tilted by up to twenty degrees, stand
+Some of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up), limbs with a
+colour of their own at times on bodies of the object's; some are small rigid patterns, a base that is cut into a few
+pieces of several classes, as robots bear them that are seen from above; and some are equal dots on a body or on
+limbs. They are tilted by up to twenty degrees, stand
 among clutter and strangers, and are segmented exactly or badly; or they are painted, blurred and compressed, as a
 camera's colours are, for the recogniser to read itself.
 """
@@ -25,7 +26,7 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.model.marker import Marker
-from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
@@ -33,6 +34,7 @@ from artrec_ros.simulation.scene import PlacedObject, sample_scene
 from artrec_ros.simulation.sensor import smeared
 from artrec_ros.simulation.simulator import SimulatedFrame, pinhole_camera, render_frame
 from artrec_ros.simulation.surfaces import component_poses
+from artrec_ros.simulation.truth import ObjectTruth
 
 THIRD = 4  # a further class
 PAINTED = (*LABELS, THIRD, BODY, OTHER)
@@ -42,11 +44,19 @@ UP = np.eye(3)
 STRANGE = 0.2
 # Share of the trees whose limbs of other colours sit on bodies of the object's own, as a toy's hands do on its arms
 SELF_COLOURED = 1 / 2
+# Share of the worlds whose objects are dots that are all alike, as stickers are; their radius; and the share of an
+# object's dots that joints carry
+DOTTED, DOT_M, HINGED = 1 / 4, 0.03, (0.0, 0.5, 1.0)
 # Share of the painted scenes that move during the exposure, and how far at most
 MOVING, MOTION_PX = 1 / 3, 8.0
 PATCHES = 16  # of a background of several colours
 # Share of the scenes in which the border takes a required component, and how far beyond it is, in its sizes
 CUT, BEYOND = 1 / 4, (0.4, 1.2)
+LEAST_PX, MOST_PX = 8.0, 60.0  # of a required component, where no object is
+# Share of the scenes with strays, how many at most, and the greatest share of components that are hidden beside them
+STREWN, STRAYS, HIDDEN = 0.4, 8, 0.4
+AS_LARGE = 0.15  # logarithm, by which strays are larger or smaller than an object's markers
+GAP = np.ones((5, 5), np.uint8)  # two pixels between a stray and anything else
 
 
 class FlatScene(NamedTuple):
@@ -63,6 +73,8 @@ def flat_world(seed: int) -> World:
     rng = np.random.default_rng([21, seed])
     label = LABELS[0] if rng.random() < 1 / 3 else LABELS[1]
     make = flat_tree if rng.random() < 0.5 else flat_pattern
+    if np.random.default_rng([26, seed]).random() < DOTTED:
+        make = flat_dots
     both = (Target("one", make("one", rng, LABELS[0]), LABELS[0]), Target("two", make("two", rng, label), label))
     strangers = (Target("stranger", make("stranger", rng, LABELS[0]), LABELS[0]),) if rng.random() < STRANGE else ()
     return World(both[: int(rng.integers(1, 3))], strangers)
@@ -104,6 +116,35 @@ def flat_pattern(name: str, rng: np.random.Generator, _label: int) -> ObjectMode
         label = None if n == 0 else int(rng.choice([OTHER, THIRD]))
         components.append(Component(f"c{n}", (marker,), n == 0, label))
     return ObjectModel(name, tuple(components))
+
+
+def flat_dots(name: str, rng: np.random.Generator, _label: int) -> ObjectModel:
+    """Three to nine equal discs, each fixed beside one before it or on a joint there, most of them of one class."""
+    hinged, other = rng.choice(HINGED), float(rng.choice([0.0, 0.0, 0.4]))
+    parts, at = [Component("c0", (disc(np.zeros(2)),), True)], [np.zeros(2)]
+    for n in range(1, int(rng.integers(3, 10))):
+        parent = int(rng.integers(n)) if rng.random() < 0.5 else 0
+        while True:
+            turn = rng.uniform(-np.pi, np.pi)
+            way = rng.uniform(2.5, 6) * DOT_M * np.array([np.cos(turn), np.sin(turn)])
+            if min(np.linalg.norm(at[parent] + way - place) for place in at) > 2.4 * DOT_M:
+                break
+        label = OTHER if rng.random() < other else None
+        reach = float(rng.uniform(0.2, 1.2)) if rng.random() < hinged else 0.0
+        joint = Joint(
+            f"c{parent}",
+            parts[parent].markers[0].T_component_marker or Pose.identity(),
+            UP[2], -reach, reach, "revolute" if reach else "fixed", f"j{n}",
+        )  # fmt: skip
+        parts.append(Component(f"c{n}", (disc(way),), False, label, joint))
+        at.append(at[parent] + way)
+    return ObjectModel(name, tuple(parts))
+
+
+def disc(at: Array) -> Marker:
+    """One of the dots. :param at: (2,) in its component's frame."""
+    outline = DOT_M * np.column_stack([f(2 * np.pi * np.arange(48) / 48) for f in (np.cos, np.sin)])
+    return Marker("m", outline, np.array([-DOT_M, 0]), np.array([DOT_M, 0]), DOT_M, Pose(UP, np.append(at, 0.0)))
 
 
 def _half(polygon: Array, point: Array, normal: Array) -> Array:
@@ -188,6 +229,46 @@ def cut(camera: Camera, objects: Sequence[PlacedObject], rng: np.random.Generato
     matrix = camera.matrix.copy()
     matrix[:2, 2] += best
     return replace(camera, matrix=matrix)
+
+
+def strewn(frame: SimulatedFrame, rng: np.random.Generator, world: World) -> SimulatedFrame:
+    """A frame with a few strays in it, in a share of the scenes, in half of which components of objects are hidden."""
+    if rng.random() >= STREWN:
+        return frame
+    frame = shaded(frame, rng, float(rng.uniform(0, HIDDEN)) * (rng.random() < 0.5))
+    return strays(frame, rng, world, int(rng.integers(1, STRAYS, endpoint=True)))
+
+
+def strays(frame: SimulatedFrame, rng: np.random.Generator, world: World, count: int) -> SimulatedFrame:
+    """A frame with at most so many patches that are like components of its objects, where nothing is: of those of
+    several, for what is like all of an object is one."""
+    markers = [(m, t.label if c.label is None else c.label) for t in world.targets if len(t.model.components) > 1
+               for c in t.model.components for m in c.markers]  # fmt: skip
+    if not markers:
+        return frame
+    area = world.targets[0].model.required.markers[0].area
+    any_one = np.exp(rng.uniform(*np.log([LEAST_PX, MOST_PX]))) / np.sqrt(area)
+    scale, labels = np.median(true_scales(frame.truths, frame) or [any_one]), frame.labels.copy()
+    for _ in range(count):
+        marker, label = markers[rng.integers(len(markers))]
+        turn, size = rng.uniform(-np.pi, np.pi), scale * np.exp(rng.uniform(-AS_LARGE, AS_LARGE))
+        R = np.array([[np.cos(turn), np.sin(turn)], [np.sin(turn), -np.cos(turn)]])
+        outline = (marker.outline - marker.outline.mean(axis=0)) @ R * size + rng.uniform((0, 0), labels.shape[::-1])
+        mask = np.zeros_like(labels)
+        cv2.fillPoly(mask, [np.rint(outline).astype(np.int32)], 1)
+        if not labels[cv2.dilate(mask, GAP) > 0].any():
+            labels[mask > 0] = label
+    return replace(frame, labels=labels)
+
+
+def true_scales(truths: Sequence[ObjectTruth], frame: SimulatedFrame) -> list[float]:
+    """Pixels per metre of the required components of objects."""
+    out = []
+    for placed in (truth.placed for truth in truths):
+        model = placed.target.model
+        T = placed.T_camera_object @ component_poses(model, placed.joints)[model.required.name]
+        out.append(frame.camera.focal_px / T.apply(model.required.markers[0].centre[None])[0, 2])
+    return out
 
 
 def alone(frame: SimulatedFrame, rng: np.random.Generator) -> SimulatedFrame:

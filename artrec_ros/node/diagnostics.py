@@ -214,6 +214,9 @@ class Diagnostics:
             text = f"nothing found in {len(reports)} image(s)" + (f": {why}" if why else "")
         for limit, count in sorted(cut_off.items()):
             level, text = WARN, f"{text}; {limit} ended the search in {count}"
+        waiting = float(np.mean([r.waiting for r in reports])) if reports else 0.0
+        if waiting >= 1:  # objects in them are told late, and what moves on before its turn comes never
+            text += f"; {waiting:.0f} blobs wait for a close look, for which images come too fast"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
         if reports:
@@ -221,7 +224,7 @@ class Diagnostics:
             values["latency_median_ms"] = f"{np.median(latency):.2f}"
             values["latency_max_ms"] = f"{latency.max():.2f}"
             values["recognition_median_ms"] = f"{np.median(recognition):.2f}"
-            values["blobs_waiting"] = f"{np.mean([r.waiting for r in reports]):.1f}"
+            values["blobs_waiting"] = f"{waiting:.1f}"
             values["added_median_ms"] = f"{np.median(latency - recognition):.2f}"
         return self._status("recognition", level, text, values)
 

@@ -175,3 +175,11 @@ def test_others_that_publish_under_the_same_names_are_told(diagnostics: Diagnost
 def test_poses_on_a_plane_miss_no_calibration(diagnostics: Diagnostics) -> None:
     status = report(diagnostics, 101, calibration="no camera_info", on_plane=True)["calibration"]
     assert status.level == OK and "no camera_info" in status.message and "scene.plane" in status.message
+
+
+@pytest.mark.parametrize(("blobs", "said"), [(25, True), (0, False)])
+def test_that_blobs_wait_is_said_where_many_do(diagnostics: Diagnostics, blobs: int, said: bool) -> None:
+    diagnostics.image_processed(101, FrameReport(0, 1.0, 1.0, (), "", waiting=blobs))
+    recognition = report(diagnostics, 102)["recognition"]
+    assert (f"{blobs} blobs wait for a close look" in recognition.message) == said
+    assert values(recognition)["blobs_waiting"] == f"{blobs:.1f}"

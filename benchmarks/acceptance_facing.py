@@ -14,7 +14,8 @@ import numpy as np
 from acceptance import COLUMNS, PART_INDEX, Model, arguments, fitted_parts, report, rows_of, summary, write
 from acceptance_claims import RANGE_PX, RANGE_SHARE, SIZE_PX, SIZE_SHARE, Claims, Parts, Watcher, joined, load, save
 from acceptance_fit import best_of_several
-from random_flat import LEAST_PX, MOST_PX, FlatScene, flat_frames, flat_world, strewn, true_scales, world_colours
+from numpy.typing import NDArray
+from random_flat import LEAST_PX, MOST_PX, FlatScene, alone, flat_frames, flat_world, strewn, true_scales, world_colours
 from tqdm import tqdm
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig
@@ -22,7 +23,6 @@ from artrec_ros.core.facing_search import FacingSearch
 from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.range_limits import ScaleLimits, scale_limits
-from artrec_ros.core.geometry.transforms import Array
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.codes import Codes
 from artrec_ros.core.image.image_frame import ImageFrame
@@ -41,11 +41,9 @@ from artrec_ros.simulation.truth import ObjectTruth
 
 OUT = Path(facing_curves.__file__)
 # Of each case the evidence that lowers the log-loss on worlds left out; blur, which takes from a rim, takes more of it
-# in pictures than in made-up ones; of what lacks most of its parts in plain view strays are likelier to be the rest
-LACK = "deserted", "borne out"
+# in pictures than in made-up ones
 OF_LABELS = {
-    case: (*("edge" if name == "rim" else name for name in names), *["lacking"] * (case in LACK), "parted")
-    for case, names in COLUMNS.items()
+    case: (*("edge" if name == "rim" else name for name in names), "parted") for case, names in COLUMNS.items()
 }
 FACING = {case: (*names, "known") for case, names in OF_LABELS.items()}
 FACING |= {
@@ -136,8 +134,10 @@ class FirstLooks(FacingWatcher):
         return share_out(found, image, Judge.of(config))
 
 
-def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
+def watch(first: int, worlds: int, scenes: int, dotted: float | None = None) -> tuple[Claims, Parts]:
     """Claims, and components of claims, in the scenes of so many worlds.
+
+    :param dotted: share of the worlds with objects of dots, in scenes with strays; None: there are neither.
 
     Claims that show their required component are those of the first look: a second one is at what that left, and would
     have them counted twice. Others, and components, are those of both, in half of the worlds with objects among them
@@ -145,10 +145,10 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
     """
     claims, parts = [], []
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
-        world, colours = flat_world(number), world_colours(number)
+        world, colours = flat_world(number, dotted or 0.0), world_colours(number)
         looks = FirstLooks(world.targets, colours, number)
         both = FacingWatcher(world.targets, colours, number, "visible" if number // 2 % 2 else "strict")
-        for scene in flat_frames(world, number, scenes, partial(strewn, world=world)):
+        for scene in flat_frames(world, number, scenes, alone if dotted is None else partial(strewn, world=world)):
             looks.see(scene)
             both.see(scene)
         found = [c for c in looks.claims if c[1].case not in UNSEEN] + [c for c in both.claims if c[1].case in UNSEEN]
@@ -157,24 +157,13 @@ def watch(first: int, worlds: int, scenes: int) -> tuple[Claims, Parts]:
     return joined(claims), joined(parts)
 
 
-def fitted(claims: Claims) -> Model:
-    """The curves of some claims."""
-    usual = Model.fitted(claims, {case: names for case, names in FACING.items() if case not in RARE})
+def fitted(claims: Claims, even: NDArray[np.bool_]) -> Model:
+    """:param even: (n,) which claims are of even-numbered worlds."""
+    usual = Model.fitted(claims[even], {case: names for case, names in FACING.items() if case not in RARE})
     rare = claims[np.isin(claims.case, RARE)]
     curves, note = best_of_several(rows_of(rare, FACING["unseen"]), rare.right, rare.world)
     of_all = {case: usual.curves.get(case, curves) for case in FACING}
     return Model(FACING, of_all, {case: usual.notes.get(case, note) for case in FACING})
-
-
-def by_the_other_half(claims: Claims, parts: Parts) -> tuple[Array, Array]:
-    """(n,) probabilities of claims and (m,) of components, those of even-numbered worlds by curves of the odd-numbered
-    ones and the other way round: worlds differ more than claims in one, and so the curves in force are of all."""
-    p, p_parts = np.empty(len(claims.right)), np.empty(len(parts.right))
-    for half in (0, 1):
-        rest, rest_part = claims.world % 2 != half, parts.world % 2 != half
-        p[rest] = fitted(claims[~rest]).probability(claims[rest])
-        p_parts[rest_part] = fitted_parts(parts[~rest_part])[0].probability(parts.evidence[rest_part][:, PART_INDEX])
-    return p, p_parts
 
 
 def main() -> None:
@@ -182,26 +171,27 @@ def main() -> None:
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
     if args.save:
         save(args.save, claims, parts)
-    report("as they scored", claims.score, claims)
-    report("components as they scored", parts.score, parts, "components")
+    even, even_part = claims.world % 2 == 0, parts.world % 2 == 0
+    report("as they scored", claims[~even].score, claims[~even])
+    report("components as they scored", parts[~even_part].score, parts[~even_part], "components")
     if args.fit:
-        model, of_parts = fitted(claims), fitted_parts(parts)
-        p, p_parts = by_the_other_half(claims, parts)
+        model, of_parts, rest = fitted(claims, even), fitted_parts(parts[even_part]), claims[~even]
+        p, p_parts = model.probability(rest), of_parts[0].probability(parts[~even_part].evidence[:, PART_INDEX])
         said = (
-            f"Fitted on claims and components in worlds {claims.world.min()} to {claims.world.max()}; those whose "
-            "required component is out of sight in all, together.",
-            "Those in even-numbered worlds by curves of the odd-numbered ones, and the other way round: "
-            f"{summary(p, claims)}; {summary(p_parts, parts, 'components')}.",
+            f"Fitted on {even.sum()} claims and {even_part.sum()} components in the even-numbered of worlds "
+            f"{claims.world.min()} to {claims.world.max()}; those whose required component is out of sight in all, "
+            "together.",
+            f"On the odd-numbered ones: {summary(p, rest)}; {summary(p_parts, parts[~even_part], 'components')}.",
         )
         write(model, of_parts, said, OUT, Path(__file__).name)
-        report("by the other half", p, claims)
-        report("components, by the other half", p_parts, parts, "components")
+        report("fitted", p, rest)
+        report("components, fitted", p_parts, parts[~even_part], "components")
         for case in FACING:
-            print(f"{case}: {summary(p[claims.case == case], claims[claims.case == case])}")
+            print(f"{case}: {summary(p[rest.case == case], rest[rest.case == case])}")
         for least in (0.2, 0.3, 0.4, 0.5, 0.6):
             taken = p >= least
             print(f"min_probability {least}: expected precision {p[taken].mean():.3f}, precision", end=" ")
-            print(f"{claims.right[taken].mean():.3f}, kept {claims.right[taken].sum() / claims.right.sum():.3f}")
+            print(f"{rest.right[taken].mean():.3f}, kept {rest.right[taken].sum() / rest.right.sum():.3f}")
 
 
 if __name__ == "__main__":

@@ -1,10 +1,10 @@
 """Flat objects made up at random, and scenes of them as an uncalibrated camera sees them: what
 `benchmarks/acceptance_facing.py` fits and measures on.
 
-Some of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up), limbs with a
-colour of their own at times on bodies of the object's; some are small rigid patterns, a base that is cut into a few
-pieces of several classes, as robots bear them that are seen from above; and some are equal dots on a body or on
-limbs. They are tilted by up to twenty degrees, stand
+Half of them are trees of flat parts (`random_solids.random_tree`, those of which all markers lie face up), limbs with a
+colour of their own at times on bodies of the object's; half are small rigid patterns, a base that is cut into a few
+pieces of several classes, as robots bear them that are seen from above; where it is asked for, some are equal dots on a
+body or on limbs. They are tilted by up to twenty degrees, stand
 among clutter and strangers, and are segmented exactly or badly; or they are painted, blurred and compressed, as a
 camera's colours are, for the recogniser to read itself.
 """
@@ -44,9 +44,7 @@ UP = np.eye(3)
 STRANGE = 0.2
 # Share of the trees whose limbs of other colours sit on bodies of the object's own, as a toy's hands do on its arms
 SELF_COLOURED = 1 / 2
-# Share of the worlds whose objects are dots that are all alike, as stickers are; their radius; and the share of an
-# object's dots that joints carry
-DOTTED, DOT_M, HINGED = 1 / 4, 0.03, (0.0, 0.5, 1.0)
+DOT_M, HINGED = 0.03, (0.0, 0.5, 1.0)  # radius of dots, and the share of an object's that joints carry
 # Share of the painted scenes that move during the exposure, and how far at most
 MOVING, MOTION_PX = 1 / 3, 8.0
 PATCHES = 16  # of a background of several colours
@@ -68,12 +66,15 @@ class FlatScene(NamedTuple):
     way_px: float = 0.0
 
 
-def flat_world(seed: int) -> World:
-    """One or two random targets, of one class in every third case, and at times a stranger of the first one's."""
+def flat_world(seed: int, dotted: float = 0.0) -> World:
+    """One or two random targets, of one class in every third case, and at times a stranger of the first one's.
+
+    :param dotted: share of the worlds whose objects are equal dots.
+    """
     rng = np.random.default_rng([21, seed])
     label = LABELS[0] if rng.random() < 1 / 3 else LABELS[1]
     make = flat_tree if rng.random() < 0.5 else flat_pattern
-    if np.random.default_rng([26, seed]).random() < DOTTED:
+    if np.random.default_rng([26, seed]).random() < dotted:
         make = flat_dots
     both = (Target("one", make("one", rng, LABELS[0]), LABELS[0]), Target("two", make("two", rng, label), label))
     strangers = (Target("stranger", make("stranger", rng, LABELS[0]), LABELS[0]),) if rng.random() < STRANGE else ()

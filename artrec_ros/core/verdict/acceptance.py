@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import SpatialModel
-from . import acceptance_curves, colour_curves, facing_curves
+from . import acceptance_curves, colour_curves, facing_curves, stray_curves
 from .acceptance_curves import Model
 from .claims import Claims
 from .curve_kernels import Curves, probabilities
@@ -107,18 +107,25 @@ _NEVER: Model = -50.0, {}  # a case that is not looked for
 
 @cache
 def _models(facing: bool) -> dict[str, Model]:
-    """By case. In space curves of images with colours add to those of labels, and what stands in for the required
-    component is judged as that is."""
+    """By case. Of what faces the camera curves of scenes with strays add to those of usual ones; in space curves of
+    images with colours to those of labels, and what stands in for the required component is judged as that is."""
     if facing:
-        return facing_curves.CURVES
+        models = dict(facing_curves.CURVES)
+        for case, more in stray_curves.ADDED.items():
+            models[case] = _with(models[case], more)
+        return models
     models = dict(acceptance_curves.CURVES)
-    for case, (bias, curves) in colour_curves.ADDED.items():
-        of_labels = models[case]
-        models[f"{case} in colour"] = of_labels[0] + bias, {**of_labels[1], **curves}
+    for case, more in colour_curves.ADDED.items():
+        models[f"{case} in colour"] = _with(models[case], more)
     for way, case in product(("", " in colour"), SHOWN):
         if model := models.get(f"{case}{way}"):
             models |= {f"{why}, {case}{way}": model for why in ("unseen", "faded")}
     return models
+
+
+def _with(model: Model, more: Model) -> Model:
+    """A model with further evidence."""
+    return model[0] + more[0], {**model[1], **more[1]}
 
 
 @cache

@@ -85,7 +85,7 @@ def test_amid_like_patches_an_object_is_told_and_few_that_chance_makes_of_them(s
     assert at(best, there) and best.score > 0.9 and len(best.components) == 3
     assert all(part.score > 0.8 for part in best.components)
     wrong = [d for d in without.detections if d.score > 0.5 and not at(d, there)]
-    assert len(wrong) > 3 and sum(d.score > 0.5 for d in others) <= len(wrong) / 2
+    assert len(wrong) > 4 and sum(d.score > 0.5 for d in others) <= len(wrong) / 2
     assert any("chance" in r.reason for r in result.rejected)
 
 
@@ -102,7 +102,7 @@ def test_one_that_lacks_a_component_is_told_where_few_are_like_its_others():
     there = Card(200, 180, 0.4, SCALE, lacks="right")
     clean, few, many = (found(amid([there], count, rng)).detections for count in (0, 20, 130))
     (clean,), (few,) = clean, [d for d in few if at(d, there)]
-    assert clean.score > 0.8 and 0.6 < few.score < clean.score
+    assert clean.score > 0.9 and 0.6 < few.score < clean.score
     assert all(d.score < few.score for d in many)
 
 
@@ -146,7 +146,7 @@ def test_where_chance_makes_nothing_nothing_is_less_sure(score):
 
 
 def test_components_are_as_much_less_sure_as_their_object():
-    rng = np.random.default_rng(0)
+    rng = np.random.default_rng(1)
     there = Card(*rng.uniform((60, 60), np.subtract(SIZE, 60)), rng.uniform(-np.pi, np.pi), SCALE)
     picture = amid([there], 130, rng)
     one, other = (found(picture, **values).detections[0] for values in ({}, {"chance_share": NONE}))

@@ -51,7 +51,7 @@ def test_of_one_in_four_places_no_more_is_said_than_how_often_it_is_right(hidden
         wedge = placed(hidden, n)
         (found,) = recognized(wedge, min_probability=TOLD).detections
         other = found.other_place
-        assert other is not None and other.probability <= found.score
+        assert other is not None and other.probability <= found.score + 0.01
         assert np.hypot(other.image.x - found.image.x, other.image.y - found.image.y) > 20 or (
             abs(np.cos(other.image.theta - found.image.theta)) < 0.97
         )

@@ -10,6 +10,7 @@ from rclpy.node import Node
 from ..core.base.config import NodeConfig
 from ..io.messages import node_topics as topics
 from .calibration import NONE_RECEIVED
+from .conversions import stamp_ns
 from .subscription import FollowingSubscription
 from .worker import LiveQueue
 
@@ -42,7 +43,7 @@ class Inputs:
             node,
             of.type,
             topic,
-            lambda msg, received_ns: self._worker.offer((msg, received_ns)),
+            lambda msg, received_ns: self._worker.offer((msg, received_ns), stamp_ns(msg.header)),
             depth=of.depth,
             reliability=config.qos_reliability,
         )

@@ -13,6 +13,7 @@ Item = TypeVar("Item")
 
 _PATIENCE_S = 2.0
 _REMEMBERED = 30  # items: a second of a camera
+_BACK_S = 1.0  # stamps that go back by more are of another source, as of a bag that starts; by less, out of order
 _KEEPS_UP = 0.9  # of the time between items: what waits is made up for within some of them, and doubt gives way
 
 
@@ -47,7 +48,7 @@ class LiveQueue(Generic[Item]):
         """:param most_waiting: 1: the newest only."""
         self._work, self._most_waiting = work, most_waiting
         self._waiting: deque[Item] = deque()
-        self._pace, self._offered_s = Pace(), -1.0
+        self._pace, self._offered_s, self._stamp_ns = Pace(), -1.0, 0
         self._open, self._is_answered = True, True
         self._dropped = 0
         self._begun_s: float | None = None
@@ -75,22 +76,31 @@ class LiveQueue(Generic[Item]):
         """What the item is about that is worked on is about to be told: no item that comes from now on waits for it."""
         self._is_answered = True
 
-    def offer(self, item: Item) -> None:
-        """Take an item; where there is no room it replaces the oldest that waits. Returns at once."""
+    def offer(self, item: Item, stamp_ns: int = 0) -> None:
+        """Take an item; where there is no room it replaces the oldest that waits. Returns at once.
+
+        :param stamp_ns: of the item; 0: it has none.
+        """
         with self._change:
             if not self._open:
                 return
-            now_s = time.monotonic()
-            if self._offered_s >= 0:
-                self._pace.between_s.append(now_s - self._offered_s)
-            self._offered_s = now_s
-            self._pace.too_soon.append(bool(self._waiting) or not self._is_answered)
+            self._note(stamp_ns)
             self._waiting.append(item)
             room = self._most_waiting if self._pace.keeps_up else 1
             while len(self._waiting) > room:
                 self._waiting.popleft()
                 self._dropped += 1
             self._change.notify()
+
+    def _note(self, stamp_ns: int) -> None:
+        """When an item comes. Of another source nothing is known yet, and its first item waits for no answer."""
+        now_s, is_new = time.monotonic(), 0 < stamp_ns < self._stamp_ns - _BACK_S * 1e9
+        if is_new:
+            self._pace, self._offered_s = Pace(), -1.0
+        if self._offered_s >= 0:
+            self._pace.between_s.append(now_s - self._offered_s)
+        self._pace.too_soon.append(not is_new and (bool(self._waiting) or not self._is_answered))
+        self._offered_s, self._stamp_ns = now_s, stamp_ns
 
     def end(self) -> None:
         """Forget what waits, and take nothing more; what is under way may end by itself."""

@@ -168,6 +168,27 @@ def test_whoever_waits_for_answers_comes_as_fast_as_these_and_is_never_too_late(
     worker.close()
 
 
+@pytest.mark.parametrize(("back_s", "is_late"), [(5.0, False), (0.2, True)])
+def test_where_stamps_go_back_the_pace_of_the_source_before_is_forgotten(back_s, is_late):
+    """As where a bag is played with `--wait-for` after a camera that was too fast; what comes out of order is none."""
+    late, answered = list[bool](), threading.Event()
+
+    def work(item: int) -> None:
+        late.append(worker.is_late)
+        worker.answered()
+        answered.set()
+
+    worker = LiveQueue(work, "test")
+    worker._pace = pace([0.05] * 30, [0.033] * 30, [True] * 30)
+    worker._stamp_ns = int(1e12)
+    for item in range(3):
+        worker.offer(item, int(1e12 - back_s * 1e9) + 1000 * item)
+        assert answered.wait(WAIT_S)
+        answered.clear()
+    assert late == [is_late] * 3
+    worker.close()
+
+
 @pytest.mark.parametrize(("work_s", "seen_of_it"), [(0.01, [0, 3, 4, 5]), (0.05, [0, 5])])
 def test_a_few_items_wait_for_one_that_takes_long_where_work_keeps_up(work_s, seen_of_it) -> None:
     begun, go_on, seen = threading.Event(), threading.Event(), []

@@ -7,14 +7,17 @@ of it is a candidate beside what was found: the pixels are shared out anew, and 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 from itertools import zip_longest
+from typing import NamedTuple
 
 import numpy as np
 
 from .geometry.camera import Camera
-from .image.blobs import Blob, centres
+from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .like_side_looks import by_other_sides
 from .memory.recall import Recall
 from .pose.ball_blobs import BallBlobs
 from .pose.climber import Climb
@@ -23,6 +26,19 @@ from .pose.poses import Poses
 from .pose.through_middles import Middles
 from .verdict.left_over import LeftOver, LeftOvers
 from .verdict.verdicts import Verdict
+
+
+class _Look(NamedTuple):
+    """At an object once more. :ivar begun: poses that explain what it leaves, about."""
+
+    finder: WholeObjectFinder
+    verdict: Verdict
+    begun: Callable[[], Poses]
+
+    @classmethod
+    def through(cls, middles: Middles, verdict: Verdict, camera: Camera) -> _Look:
+        finder, poses = verdict.claim.finder, verdict.claim.poses
+        return cls(finder, verdict, lambda: finder.through_middles.of(camera, poses, middles))
 
 
 class LeftOverLooks:
@@ -44,11 +60,11 @@ class LeftOverLooks:
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
         each = [self._looks(finder, frame, accepted, blobs, recall) for finder in self._of]
         in_turn = [look for looks in zip_longest(*each) for look in looks if look is not None]
-        in_turn.sort(key=lambda look: self._is_of_a_sure_one(*look[:2]))  # there is time for so many
-        for finder, verdict, middles in in_turn[: self._most]:
+        in_turn.sort(key=self._is_of_a_sure_one)  # there is time for so many
+        for look in in_turn[: self._most]:
             if frame.deadline.expired:
                 break
-            found = self._climbed(finder, verdict, frame, middles)
+            finder, found = look.finder, self._climbed(look.finder, look.verdict, frame, look.begun)
             if len(found):
                 out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
         return out
@@ -60,7 +76,7 @@ class LeftOverLooks:
         accepted: Sequence[Verdict],
         blobs: Sequence[Blob],
         recall: Recall,
-    ) -> Iterator[tuple[WholeObjectFinder, Verdict, Middles]]:
+    ) -> Iterator[_Look]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
         is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
         have a limb that is not, and no other depth makes another object of what is left."""
@@ -71,17 +87,20 @@ class LeftOverLooks:
         mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
         for verdict, left in self._left(finder, mine, frame, accepted, blobs):
             if verdict in for_all or left_overs.is_sure(left, blobs):
+                if len(finder.like_sides):
+                    sides = partial(by_other_sides, finder, left_overs, verdict, frame, accepted, blobs)
+                    yield _Look(finder, verdict, sides)
                 for middles in self._middles(finder, verdict, left, frame.camera):
-                    yield finder, verdict, middles
+                    yield _Look.through(middles, verdict, frame.camera)
         for verdict in asked if finder in self._balls else ():
             shown = [verdict.shown[c] for c in _seen(verdict)]
             otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
             if otherwise is not None:
-                yield finder, verdict, otherwise
+                yield _Look.through(otherwise, verdict, frame.camera)
 
-    def _is_of_a_sure_one(self, finder: WholeObjectFinder, verdict: Verdict) -> bool:
+    def _is_of_a_sure_one(self, look: _Look) -> bool:
         """Whether the pose of an object that faces the camera is sure: those in doubt come first."""
-        return finder.facing and not self._of[finder].is_in_doubt(_seen(verdict))
+        return look.finder.facing and not self._of[look.finder].is_in_doubt(_seen(look.verdict))
 
     def _left(
         self,
@@ -99,10 +118,11 @@ class LeftOverLooks:
         left = self._of[finder].of([_seen(v) for v in mine], frames, frame, blobs, accepted)
         return [(verdict, one) for verdict, one in zip(mine, left, strict=True) if one.blobs]
 
-    def _climbed(self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, middles: Middles) -> Poses:
+    def _climbed(
+        self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, begun: Callable[[], Poses]
+    ) -> Poses:
         """Poses through some middles that have more votes than the one that was found."""
-        poses = finder.through_middles.of(frame.camera, verdict.claim.poses, middles)
-        poses = finder.climber.within_limits(frame.camera, poses)
+        poses = finder.climber.within_limits(frame.camera, begun())
         found = finder.polished(frame, finder.fit_all(frame, poses), self._climb)
         return found.poses[np.flatnonzero(found.votes > verdict.claim.votes)]
 
@@ -110,18 +130,9 @@ class LeftOverLooks:
         self, finder: WholeObjectFinder, verdict: Verdict, left: LeftOver, camera: Camera
     ) -> Iterator[Middles]:
         """What is seen of an object, together with all that it leaves, and with each alone of several."""
-        shown, poses = [verdict.shown[c] for c in _seen(verdict)], verdict.claim.poses
-        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
-        at, scale = self._of[finder].places(frames, shown, camera)
-        lost = list(left.blobs)
-        for some in [lost] + [[c] for c in lost] * (len(lost) > 1):
-            more = [finder.surface.markers_of[c][0] for c in some]
-            own = np.sqrt(np.array([left.blobs[c].area_px for c in some]) / finder.surface.sides.blobs[1][more])
-            yield Middles(
-                np.array([*shown, *more], np.int64),
-                np.concatenate([at, centres([left.blobs[c] for c in some])]),
-                np.concatenate([scale, own]),
-            )
+        shown = [verdict.shown[c] for c in _seen(verdict)]
+        for some in left.choices:
+            yield self._of[finder].middles(verdict.claim.poses, shown, left, camera, some)
 
 
 def _seen(verdict: Verdict) -> list[int]:

@@ -50,11 +50,14 @@ class OtherTurn:
 
     :param probability: 0..1, that it is this one. :param joints: as `Detection.joints`, at this turn, the shorter way
         around from those that are told.
+    :param sides: of a rigid object with sides that look alike, how probable it is that another one is seen than is
+        told; `Detection.as_told` counts it.
     """
 
     pose: Pose
     probability: float
     joints: Mapping[str, float] = field(default_factory=dict)
+    sides: float = field(default=0.0, repr=False, compare=False)
 
     def spread(self, told: Pose) -> Array:
         """(6, 6) what it would add to the covariance of the pose told, were it surely the true one: along the camera's

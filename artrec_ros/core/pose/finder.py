@@ -24,6 +24,7 @@ from .climber import Climb, Climber
 from .distinct import apart
 from .exchanges import Exchanges
 from .hidden_ends import HiddenEnds
+from .like_sides import LikeSides
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
 from .poses import Poses
@@ -76,7 +77,7 @@ class WholeObjectFinder:
         self.upright = Upright(self.required, facing=facing)
         self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
-        self._lookalikes = Lookalikes(self.surface)
+        self._lookalikes, self.like_sides = Lookalikes(self.surface), LikeSides(self.surface)
         self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
@@ -246,9 +247,12 @@ class WholeObjectFinder:
 
     def _with_lookalikes(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add those of the best one's lookalikes that come near to it, and theirs in turn while they are better."""
-        search = self._search
-        for _ in range(_MOST_MOVES * (len(found) > 0 and len(self._lookalikes) > 0)):
-            poses = self._lookalikes.of(found.poses[:1])
+        search, ways = self._search, len(self._lookalikes) + len(self.like_sides)
+        for _ in range(_MOST_MOVES * (len(found) > 0 and ways > 0)):
+            best = found.poses[:1]
+            poses = self._standing(
+                frame, Poses.concatenate([self._lookalikes.of(best), self.like_sides.of(best).poses])
+            )
             poses = self.surface.search_joints(frame, poses, self.first_grids)
             others = self.ranked(frame, poses).best(search.flip_keep, search)
             others = others[others.votes > search.rival * found.votes[0]]

@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..geometry.polygons import distance_to_outline
 from ..geometry.transforms import Pose, rotation_from_rotvec
@@ -63,7 +64,7 @@ class Lookalikes:
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.repeat(poses.q, len(self), axis=0))
 
 
-class _Placed(NamedTuple):
+class Placed(NamedTuple):
     """A marker.
 
     :param labels: classes that it may have.
@@ -82,9 +83,9 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     common first; and the components that a rigid object's lead to. Of these poses those that have little in common are
     no rivals, but where a marker lies on itself: of what its own outline does not tell all else must be asked. Those
     that have all, those of other classes too, are the same to the eye."""
-    every = _placed_markers(surface)
+    every = placed_markers(surface)
     markers = _of_the_required_class(surface, every)
-    found = list(_all_placements(markers, surface.root))
+    found = list(placements([m for m in markers if m.component == surface.root], markers))
     if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
         elsewhere = [f for f in found if f[1].component != surface.root]
         on_them = [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere]
@@ -110,7 +111,7 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
     if surface.root in surface.sides.balls:
         return []
     out: dict[tuple[float, ...], Pose] = {}
-    for m in (m for m in _placed_markers(surface) if m.component == surface.root):
+    for m in (m for m in placed_markers(surface) if m.component == surface.root):
         for turn in _own_turns(m.marker):
             T = Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
             out.setdefault(_key(m.whole @ T @ m.whole.inverse(), m.marker), m.inside @ T @ m.inside.inverse())
@@ -144,25 +145,25 @@ def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:
     return tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / marker.area**0.5) * 20))
 
 
-def _placed_markers(surface: SpatialModel) -> list[_Placed]:
+def placed_markers(surface: SpatialModel) -> list[Placed]:
     kin, out = surface.kinematics, []
     frames = kin.in_object(kin.middle[None])
     for c, component in enumerate(surface.model.components):
         for marker in component.markers:
             inside = middle_of(marker)
             whole = Pose(frames.R[0, c], frames.t[0, c]) @ inside
-            out.append(_Placed(c, marker, surface.labels[c], inside, whole))
+            out.append(Placed(c, marker, surface.labels[c], inside, whole))
     return out
 
 
-def _of_the_required_class(surface: SpatialModel, markers: list[_Placed]) -> list[_Placed]:
+def _of_the_required_class(surface: SpatialModel, markers: list[Placed]) -> list[Placed]:
     return [m for m in markers if m.labels == surface.labels[surface.root]]
 
 
-def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed, _Placed, Pose]]:
-    """A marker of the required component, the one whose place it takes, and how it is turned there."""
-    for mine in (m for m in markers if m.component == root):
-        for there in markers:
+def placements(some: list[Placed], markers: list[Placed]) -> Iterator[tuple[Placed, Placed, Pose]]:
+    """One of some markers, the one of all whose place it takes, of its class, and how it is turned there."""
+    for mine in some:
+        for there in (m for m in markers if m.labels == mine.labels):
             both = mine.marker, there.marker
             discs = all(m.disc_radius for m in both) and _same_size(*both)
             for turn in _turns_of_discs(mine, there, markers) if discs else turns_alike(*both):
@@ -170,21 +171,26 @@ def _all_placements(markers: list[_Placed], root: int) -> Iterator[tuple[_Placed
                     yield mine, there, Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
 
 
-def _covered(moved: Pose, markers: list[_Placed]) -> int:
-    """How many markers of a rigid object lie on some of its own of their size and class when it is moved in its own
-    frame."""
+def _covered(moved: Pose, markers: list[Placed]) -> int:
+    """How many markers of a rigid object lie on some of its own when it is moved in its own frame."""
+    return int(alike(moved, markers).any(axis=1).sum())
+
+
+def alike(moved: Pose, markers: list[Placed]) -> NDArray[np.bool_]:
+    """(M, M) which markers of a rigid object lie on which of its own, of their size and class, when it is moved in its
+    own frame."""
     at = np.array([m.whole.position for m in markers])
     out = np.array([m.whole.rotation[:, 2] for m in markers])
     size = np.array([m.marker.area**0.5 for m in markers])
     near = np.linalg.norm(moved.apply(at)[:, None] - at, axis=2) < _NEAR * size
-    alike = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
+    same = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
     numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
     of = np.array([numbers[m.labels] for m in markers])
-    alike &= of[:, None] == of
-    return int((near & alike).any(axis=1).sum())
+    same &= of[:, None] == of
+    return np.asarray(near & same)
 
 
-def _turns_of_discs(mine: _Placed, there: _Placed, markers: list[_Placed]) -> list[float]:
+def _turns_of_discs(mine: Placed, there: Placed, markers: list[Placed]) -> list[float]:
     """Turns of a disc on another one that bring some other marker's centre to another one's."""
     polar = []
     for at in (mine, there):

@@ -12,6 +12,7 @@ covers almost the same pixels tilted where it is (tilts.py); its outline tells.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -23,6 +24,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .distinct import best_distinct
 from .finder import WholeObjectFinder
+from .other_sides import other_sides
 from .poses import Poses
 from .turn_evidence import evidence, turn_odds
 
@@ -39,12 +41,14 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    turns, tilts = _turns(finder, frame, poses), tilted_rivals(finder, frame, poses)
-    if not len(turns.of) and not len(tilts.of):
+    kinds = _turns(finder, frame, poses), _other_sides(finder, frame, poses), tilted_rivals(finder, frame, poses)
+    both = Poses.concatenate([poses, *(kind.poses for kind in kinds)])
+    if len(both) == len(poses):
         return poses, others
-    both = Poses.concatenate([poses, turns.poses, tilts.poses])
-    of, log_odds = (np.concatenate(pair) for pair in zip(turns[1:], tilts[1:], strict=True))
-    rows, least = np.arange(len(poses)), np.repeat([config.least_turn_odds, 0.0], [len(turns.of), len(tilts.of)])
+    of, log_odds = (np.concatenate([kind[column] for kind in kinds]) for column in (1, 2))
+    counts = [len(kind.of) for kind in kinds]
+    least, is_side = np.repeat([config.least_turn_odds] * 2 + [0.0], counts), np.repeat([False, True, False], counts)
+    rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely
     for h in np.unique(of).tolist():
         mine = np.flatnonzero(of == h)
@@ -52,8 +56,19 @@ def likelier_turns(
         worth = np.concatenate([[0.0], log_odds[mine]])
         first, second = np.argsort(-worth, kind="stable")[:2].tolist()
         rows[h], probability = rivals[first], float(1 / (1 + np.exp(worth[first] - worth[second])))
-        others[h] = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
+        other = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
+        others[h] = other and replace(other, sides=_other_sides_share(worth, np.append(False, is_side[mine]), first))
     return both[rows], others
+
+
+def _other_sides_share(worth: Array, is_side: NDArray[np.bool_], told: int) -> float:
+    """How probable it is that another side is seen than under the one that is told.
+
+    :param worth: (n,) log odds of a pose and its rivals. :param is_side: (n,) which show other sides than the pose.
+    """
+    other = is_side.copy()
+    other[told], other[0] = False, is_side[told]
+    return float(1 - 1 / (1 + np.exp(worth[other] - worth[told]).sum()))
 
 
 class Rivals(NamedTuple):
@@ -77,6 +92,24 @@ def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals
         at_first, for_each = finder.config.verdict.in_place_odds
         log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
     return Rivals(rivals, of, log_odds)
+
+
+def _other_sides(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
+    """Other sides of the object in the place of those that are seen. Before anything is known of them they are as
+    likely: what is seen is the same."""
+    sides, of = poses[:0], np.zeros(0, np.int64)
+    if len(finder.like_sides):
+        told = finder.voter.votes(frame, poses, occlusion=True)
+        sides, of = other_sides(finder, frame, poses, _WORTH_FIT * finder.config.verdict.mirrored_votes * told)
+        sides, of = _at_rest(finder, frame, poses, told, sides, of, elsewhere=True)
+        best = _best_of_each(sides, finder.voter.votes(frame, sides, occlusion=True), of, finder.config.search)
+        sides, of = sides[best], of[best]  # several may have come to rest at one
+    if not len(of):
+        return Rivals(sides, of, np.zeros(0))
+    sides = finder.rest.on_colours(frame, sides, finder.voter.supports(frame, sides))
+    config, found = finder.config.verdict, evidence(finder, frame, poses[of], sides)
+    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
+    return Rivals(sides, of, found.log_odds((0.0, *weights[1:])))
 
 
 def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
@@ -146,11 +179,19 @@ def _turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses)
 
 
 def _at_rest(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, told: Array, flips: Poses, of: NDArray[np.int64]
+    finder: WholeObjectFinder,
+    frame: ImageFrame,
+    poses: Poses,
+    told: Array,
+    flips: Poses,
+    of: NDArray[np.int64],
+    *,
+    elsewhere: bool = False,
 ) -> tuple[Poses, NDArray[np.int64]]:
     """Those of some other turns of poses, at rest, that may be the true ones.
 
-    :param told: (H,) votes of the poses. :param of: whose each other turn is.
+    :param told: (H,) votes of the poses. :param of: whose each other turn is. :param elsewhere: the required component
+        need not be where it is.
     """
     if not len(flips):
         return flips, of
@@ -162,7 +203,8 @@ def _at_rest(
         return fitted, of
     fitted = finder.rest.settled(frame, fitted, finder.voter.supports(frame, fitted))
     cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
-    apart = (cosine < np.cos(finder.config.search.niche_rad)) & finder.required.is_at(fitted, poses[of])
+    apart = cosine < np.cos(finder.config.search.niche_rad)
+    apart &= elsewhere | finder.required.is_at(fitted, poses[of])
     apart &= finder.voter.votes(frame, fitted, occlusion=True) > least[of]
     apart &= frame.scene.stand(fitted.R, fitted.t)
     kept = np.flatnonzero(apart)

@@ -81,11 +81,7 @@ class RequiredPlace:
         centre = (poses.R @ centroid[..., None])[..., 0] + poses.t
         of = np.nonzero(((poses.R @ n[..., None])[..., 0] * centre).sum(axis=-1) < 0)
         facing = of[0], np.minimum(of[1], n.shape[1] - 1)
-        centre, centroid, n, R = centre[of], centroid[facing], n[facing], poses.R[of[1]]
-        sight = centre / np.maximum(np.linalg.norm(centre, axis=-1, keepdims=True), 1e-12)
-        # mirrored in the marker's plane, which is as it was, and then in the plane that faces the line of sight
-        R = _mirrored(_mirrored(R.swapaxes(-1, -2), n).swapaxes(-1, -2), sight)
-        return Poses(R, centre - (R @ centroid[..., None])[..., 0], poses.q[of[1]]), of[1]
+        return mirrored_about(poses[of[1]], n[facing], centroid[facing]), of[1]
 
     def _radius_px(self, camera: Camera, depth: Array) -> Array:
         return np.asarray(camera.focal_px * self._surface.extent / np.maximum(depth, 1e-6), np.float64)
@@ -94,6 +90,18 @@ class RequiredPlace:
         """It in the object's frame, (H, 3, 3), (H, 3)."""
         frames, root = self._surface.kinematics.in_object(poses.q), self._surface.root
         return frames.R[:, root], frames.t[:, root]
+
+
+def mirrored_about(poses: Poses, normals: Array, centres: Array) -> Poses:
+    """H hypotheses as each looks almost the same if all that is seen of it lies in one plane: mirrored in that, and
+    then in the plane that faces the line of sight to a point of it.
+
+    :param normals: (H, 3) of the plane. :param centres: (H, 3) of the point, both in the object's frame.
+    """
+    centre = (poses.R @ centres[..., None])[..., 0] + poses.t
+    sight = centre / np.maximum(np.linalg.norm(centre, axis=-1, keepdims=True), 1e-12)
+    R = _mirrored(_mirrored(poses.R.swapaxes(-1, -2), normals).swapaxes(-1, -2), sight)
+    return Poses(R, centre - (R @ centres[..., None])[..., 0], poses.q)
 
 
 def _mirrored(axes: Array, normal: Array) -> Array:

@@ -50,7 +50,10 @@ class ThroughMiddles:
 
     def of(self, camera: Camera, pose: Poses, middles: Middles) -> Poses:
         """A few poses, the best first. :param pose: one, near which the object is."""
-        poses = self._starts(pose)
+        return self.begun(camera, self._starts(pose), middles)
+
+    def begun(self, camera: Camera, poses: Poses, middles: Middles) -> Poses:
+        """The same begun from some poses alone, which are about right."""
         cost, damped = self._cost(camera, poses, middles), np.full(len(poses), _DAMPED)
         for _ in range(_STEPS):
             moved = self._stepped(camera, poses, middles, damped)

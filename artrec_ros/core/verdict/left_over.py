@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
-from itertools import compress
+from itertools import compress, zip_longest
 from statistics import median
 from typing import NamedTuple
 
@@ -29,7 +29,9 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Missing
 from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
+from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
+from ..pose.through_middles import Middles
 from .claims import unexplained
 from .verdicts import Verdict
 
@@ -45,6 +47,12 @@ class LeftOver(NamedTuple):
 
     blobs: dict[int, Blob]
     spare: float
+
+    @property
+    def choices(self) -> list[list[int]]:
+        """Components whose blobs are to be explained: all together, and each alone of several."""
+        every = list(self.blobs)
+        return [every] + [[c] for c in every] * (len(every) > 1)
 
     def share(self, config: RecognizerConfig) -> float:
         """How probable the pose is, of an object that is there."""
@@ -95,13 +103,15 @@ class LeftOvers:
         frame: ImageFrame,
         blobs: Sequence[Blob],
         among: Sequence[Verdict],
+        away: Sequence[Collection[int]] = (),
     ) -> list[LeftOver]:
         """What each of H objects leaves.
 
         :param seen: of each the components that are. :param frames: where all of its components are.
-        :param blobs: of the frame. :param among: all its objects.
+        :param blobs: of the frame. :param among: all its objects. :param away: components that made no blob.
         """
-        missing = [set(range(len(self._kin.parent))) - set(own) for own in seen]
+        every = set(range(len(self._kin.parent)))
+        missing = [every.difference(*own) for own in zip_longest(seen, away, fillvalue=())]
         labels = {label for lacks in missing for c in lacks for label in self._finder.surface.labels[c]}
         mine = [b for b in blobs if b.label in labels]
         if not mine:
@@ -134,13 +144,29 @@ class LeftOvers:
             if c in self._exclusive
         )
 
-    def places(self, frames: Frames, patches: Sequence[int], camera: Camera) -> tuple[Array, Array]:
-        """Where the middles of some markers of one object are (n, 2), pixels, and the scale there (n,).
+    def middles(
+        self, pose: Poses, patches: Sequence[int], left: LeftOver, camera: Camera, lost: Sequence[int]
+    ) -> Middles:
+        """Where the middles of some markers of one object are, and blobs that it leaves.
 
-        :param frames: of its components. :param patches: (n,) of the surface."""
-        row = {p: n for n, p in enumerate(self._finder.surface.markers.tolist())}
-        at = self._finder.surface.place(frames, self._middle, self._of)[0, [row[p] for p in patches]]
-        return project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
+        :param patches: (n,) of the surface. :param lost: components whose blobs.
+        """
+        at = self._finder.through_middles.places(pose, np.array(patches, np.int64))[0]
+        more = [self._finder.surface.markers_of[c][0] for c in lost]
+        own = np.sqrt(np.array([left.blobs[c].area_px for c in lost]) / self._finder.surface.sides.blobs[1][more])
+        return Middles(
+            np.array([*patches, *more], np.int64),
+            np.concatenate([project(camera, at), centres([left.blobs[c] for c in lost])]),
+            np.concatenate([camera.focal_px / at[:, 2], own]),
+        )
+
+    def beside(self, blobs: Sequence[Blob], verdict: Verdict, camera: Camera) -> list[Blob]:
+        """Blobs whose middles lie on none of the markers that are seen of an object."""
+        shown = np.array([p for p, yes in zip(verdict.shown, verdict.confirmed, strict=True) if yes], np.int64)
+        at = self._finder.through_middles.places(verdict.claim.poses, shown)[0]
+        radius = np.sqrt(self._finder.surface.sides.blobs[1][shown] / np.pi) * camera.focal_px / at[:, 2]
+        off = np.linalg.norm(centres(blobs)[:, None] - project(camera, at), axis=2)
+        return list(compress(blobs, (off > radius).all(axis=1)))
 
     def _unexplained(
         self, frame: ImageFrame, blobs: Sequence[Blob], asked: NDArray[np.bool_], among: Sequence[Verdict]
@@ -205,14 +231,20 @@ class LeftOvers:
         return np.asarray((self._reach[component, self._of[shown]] + beside) * scale, np.float64)
 
     def _spare(self, seen: frozenset[int]) -> float:
-        """By how many numbers the places of what is seen tell more than a pose and the joints between them have."""
+        """By how many numbers the places of what is seen tell more than a pose and the joints between them have; where
+        another side would show the same, no more than what tells these sides apart: all marks of one plate together
+        say nothing of which plate it is."""
         if seen not in self._spares:
-            rounds = np.array([bool(self._round[self._of == c].all()) for c in seen])
-            told, free = ((2, 3), 4) if self._finder.facing else ((3, 6), 6)
-            moves = self._kin.moves[list(seen)]
+            free, moves = 4 if self._finder.facing else 6, self._kin.moves[list(seen)]
             between = (moves.any(axis=0) & ~moves.all(axis=0)).sum()
-            self._spares[seen] = float(np.where(rounds, *told).sum() - free - between)
+            apart = [self._numbers(some) for some in self._finder.like_sides.told_apart_by(seen)]
+            self._spares[seen] = float(min([self._numbers(seen) - free - between, *apart]))
         return self._spares[seen]
+
+    def _numbers(self, seen: Collection[int]) -> int:
+        """How many the places of some components tell."""
+        of_round, of_others = (2, 3) if self._finder.facing else (3, 6)
+        return sum(of_round if self._round[self._of == c].all() else of_others for c in seen)
 
 
 def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver) -> Detection:

@@ -21,12 +21,14 @@ def otherwise(
     """
     if elsewhere is not None:
         detection = replace(_beside(detection, elsewhere), other_turn=None)
+    if other is not None:
+        detection = as_it_lies(detection, 1 - other.sides)
     return _beside_way(_beside(detection, other), way)
 
 
 def as_it_lies(detection: Detection, share: float) -> Detection:
-    """A detection that would be none turned as its pixels are likelier: it is there, but its name is that of its turns,
-    and its components are others'.
+    """A detection that may lie otherwise: one that would be none turned as its pixels are likelier, or one that shows
+    another of its like sides. It is there, but its name may be that of its turns, and its components others'.
 
     :param share: how probable it is that it lies as it is told.
     """

@@ -18,6 +18,7 @@ from acceptance import arguments, literal, report, rows_of, summary
 from acceptance_claims import load, save
 from acceptance_facing import watch
 from acceptance_fit import Curves, best_of_several
+from numpy.typing import NDArray
 from scipy.special import logit
 
 from artrec_ros.core.geometry.transforms import Array
@@ -31,7 +32,7 @@ DOTTED = 1 / 4  # share of the worlds
 CASES, COLUMNS = ("borne out", "deserted", "borne out in colour", "deserted in colour"), ("lacking",)
 
 
-def fitted(rows: Array, right: Array, worlds: Array, off: Array) -> tuple[Curves, str]:
+def fitted(rows: Array, right: Array, worlds: NDArray[np.int_], off: Array) -> tuple[Curves, str]:
     """What is taken off logits (n,): nothing where nothing is lacking, for that curves of usual scenes know."""
     curves, note = best_of_several(rows, right, worlds, off)
     (points,) = curves.points

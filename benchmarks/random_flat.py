@@ -85,7 +85,8 @@ def flat_tree(name: str, rng: np.random.Generator, label: int) -> ObjectModel:
     """A tree of parts that face up. :param label: the object's class."""
     while True:
         model = random_tree(name, rng)
-        if model.is_flat and np.allclose(model.required.markers[0].T_component_marker.rotation, UP):
+        place = model.required.markers[0].T_component_marker
+        if model.is_flat and place is not None and np.allclose(place.rotation, UP):
             break
     if rng.random() >= SELF_COLOURED:
         return model

@@ -42,12 +42,16 @@ class FlatStage:
         }
 
     def unmatched(
-        self, blobs: Sequence[Blob], detections: Sequence[Detection], rejected: Sequence[Rejection]
+        self, blobs: Sequence[Blob], matches: Matches, detections: Sequence[Detection], rejected: Sequence[Rejection]
     ) -> Sequence[Rejection]:
-        """Large blobs of its targets in which nothing was found or turned down."""
+        """The largest blobs of each target that fit no outline of its required component, and in which nothing was
+        found or turned down."""
         if not self._targets or not blobs:
             return ()
-        return Deferred(lambda: unmatched(self._targets, blobs, detections, rejected))
+        mine = [b for b in blobs if b.label in {label for _, label in self._wanted}]  # those that were aligned with
+        on = [matches.placed.blob[np.isin(matches.placed.shape, r.required_shapes)] for r in self._roles]
+        left = [[b for n, b in enumerate(mine) if n not in set(fits.tolist())] for fits in on]
+        return Deferred(lambda: unmatched(self._targets, left, detections, rejected))
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
         """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""

@@ -151,7 +151,7 @@ class Recognizer:
         with watch.stage("grouping"):
             detections, rejected, out_of_nodes = flat.group(frame, matches)
             looked_at = () if deadline.hit else blobs
-            rejected = _joined(rejected, flat.unmatched(looked_at, detections, rejected))
+            rejected = _joined(rejected, flat.unmatched(looked_at, matches, detections, rejected))
         with watch.stage("pose"):
             whole: list[StageResult] = []
             whole += [self._facing.recognize(frame, blobs)] if self._faces[calibrated] else []

@@ -68,12 +68,18 @@ def _unexplained(
 
 
 def unmatched(
-    targets: Sequence[Target], blobs: Sequence[Blob], detections: Sequence[Detection], rejected: Sequence[Rejection]
+    targets: Sequence[Target],
+    blobs: Sequence[Sequence[Blob]],
+    detections: Sequence[Detection],
+    rejected: Sequence[Rejection],
 ) -> Iterator[Rejection]:
-    """The same of targets that are found by their outlines and constraints."""
+    """The same of targets that are found by their outlines and constraints.
+
+    :param blobs: of each target those that no outline of its required component fits.
+    """
     seen = [(c.x, c.y) for d in detections for c in d.components] + [(r.x, r.y) for r in rejected]
-    for target in targets:
-        largest = _largest(target, blobs, np.array(seen).reshape(-1, 2))
+    for target, mine in zip(targets, blobs, strict=True):
+        largest = _largest(target, mine, np.array(seen).reshape(-1, 2))
         yield from _without(target, largest, f"no outline of '{target.model.required.name}' fits")
 
 

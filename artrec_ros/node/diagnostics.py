@@ -216,7 +216,7 @@ class Diagnostics:
             level, text = WARN, f"{text}; {limit} ended the search in {count}"
         waiting = float(np.mean([r.waiting for r in reports])) if reports else 0.0
         if waiting >= 1:  # objects in them are told late, and what moves on before its turn comes never
-            text += f"; {waiting:.0f} blobs wait for a close look, for which images come too fast"
+            text += f"; {waiting:.0f} blob(s) wait for a close look, for which images come too fast"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}
         if reports:

@@ -116,6 +116,14 @@ def test_a_large_blob_that_no_outline_fits_is_told_and_none_that_an_object_expla
     assert not [r for r in result.rejected if r is not told[0] and "blob" in r.reason]
 
 
+@pytest.mark.parametrize("profile", ["default", "paper"])
+def test_that_no_outline_fits_is_not_said_where_one_does(profile):
+    """Though nothing else is told of it, as of a base that the paper's profile groups with none."""
+    lonely = {("base", "flag"): Placed(150, 110, 0.2, 55)}
+    result = recognizer(profile=profile, min_components=3).recognize(render(SIZE, crane(), [lonely], RED))
+    assert result.detections == () and not any("no outline" in r.reason for r in result.rejected)
+
+
 def test_a_contested_component_goes_where_it_belongs():
     rng = np.random.default_rng(0)
     model = ObjectModel(

@@ -181,5 +181,5 @@ def test_poses_on_a_plane_miss_no_calibration(diagnostics: Diagnostics) -> None:
 def test_that_blobs_wait_is_said_where_many_do(diagnostics: Diagnostics, blobs: int, said: bool) -> None:
     diagnostics.image_processed(101, FrameReport(0, 1.0, 1.0, (), "", waiting=blobs))
     recognition = report(diagnostics, 102)["recognition"]
-    assert (f"{blobs} blobs wait for a close look" in recognition.message) == said
+    assert (f"{blobs} blob(s) wait for a close look" in recognition.message) == said
     assert values(recognition)["blobs_waiting"] == f"{blobs:.1f}"

@@ -124,6 +124,12 @@ class Roles:
     boxes: Boxes
     least_perimeter_m: Array
 
+    @property
+    def required_shapes(self) -> NDArray[np.int64]:
+        """(n,) those of the required component's markers."""
+        model = self.target.model
+        return self.shape[self.component == model.components.index(model.required)]
+
     @classmethod
     def of(cls, target: Target, shape_of: ShapeOf) -> Roles:
         markers = [(c, m, marker) for c, p in enumerate(target.model.components) for m, marker in enumerate(p.markers)]

@@ -15,6 +15,9 @@ from .marked_views import Marks, markers_of
 
 _LEAST_PX, _LEAST_SHARE = 5.0, 0.05  # clicks are a pixel or two off, and lenses and slants change what lies farther out
 _LEAST_IMAGES = 4  # of a distance: in fewer nothing tells what it is mostly
+# Of many clicks some are farther off: an image counts that is off by so many deviations of its distance, as a wrong
+# mark is, or all do, where that deviation itself is more than clicks make, as of what slides
+_DEVIATIONS, _NORMAL = 5.0, 1.4826  # the latter times the median deviation is a normal one's standard deviation
 
 
 @dataclass(frozen=True)
@@ -41,6 +44,8 @@ def varying_distances(model: ObjectModel, marks: Sequence[Marks]) -> list[Varyin
     in proportion to one of the lengths. Of few lengths in images of several scales it cannot be told which one varies.
     """
     pairs = list(fixed_distances(model))
+    if not marks:
+        return []
     px = np.array([*_pairs_px(model, pairs, marks), *_axes_px(model, marks)]).reshape(-1, len(marks))
     px[px == 0] = np.nan  # two clicks on one place
     of_pair = np.arange(len(px)) < len(pairs)
@@ -49,6 +54,7 @@ def varying_distances(model: ObjectModel, marks: Sequence[Marks]) -> list[Varyin
     if len(px) < 2:
         return []
     off, ratio = _off(px, _scale_of(px))
+    off = _beyond_clicks(px, ratio, off)
     pairs = [pair for pair, enough in zip(pairs, known[: len(pairs)].tolist(), strict=True) if enough]
     found = []
     for row in np.flatnonzero(off[of_pair].any(axis=1)).tolist():
@@ -76,6 +82,14 @@ def _off(px: Array, scale: Array) -> tuple[NDArray[np.bool_], Array]:
     ratio = ratio / np.nanmedian(np.where(np.isfinite(ratio).any(axis=1, keepdims=True), ratio, 1.0), axis=1)[:, None]
     off_px = np.abs(px - px / ratio)
     return off_px > np.maximum(_LEAST_PX, _LEAST_SHARE * px / ratio), ratio
+
+
+def _beyond_clicks(px: Array, ratio: Array, off: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """(k, n) which of those lengths that are `off` are so for another reason than that many were clicked."""
+    away = np.abs(px - px / ratio)
+    usual = _NORMAL * np.nanmedian(away, axis=1, keepdims=True)
+    slides = usual > np.maximum(_LEAST_PX, _LEAST_SHARE * np.nanmedian(px, axis=1, keepdims=True))
+    return np.asarray(off & (slides | (away > _DEVIATIONS * usual)))
 
 
 def _pairs_px(model: ObjectModel, pairs: Sequence[tuple[Key, Key]], marks: Sequence[Marks]) -> Iterator[list[float]]:

@@ -24,12 +24,14 @@ def too_small(model: ObjectModel, least_scale: float, least_px: int) -> Iterator
     if not small:
         return
     own = [key for key in areas_px if key[0] == model.required.name]
-    lost = "the object is not found there" if set(own) <= small.keys() else "they are not seen there"
+    is_lost = set(own) <= small.keys()
+    lost = "the object is not found there (with recognizer.required strict)" if is_lost else "they are not seen there"
+    needed = max(areas_px[key] for key in own) if is_lost else min(small.values())
     least, most = (f"{px:.3g}" for px in (min(small.values()), max(small.values())))
     yield (
         f"{shortened(['/'.join(key) for key in small])}: {least if least == most else f'{least} to {most}'} px at "
         f"recognizer.min_scale {least_scale:.4g} px/m, fewer than recognizer.min_blob_px {least_px}: {lost}, but from "
-        f"{least_scale * math.sqrt(least_px / min(small.values())):.4g} px/m on; make them larger or lower min_blob_px"
+        f"{least_scale * math.sqrt(least_px / needed):.4g} px/m on; make them larger or lower min_blob_px"
     )
 
 

@@ -118,8 +118,8 @@ class RecognizerConfig:
     )
     min_component_probability: float = param(
         0.4,
-        "least probability that a component of an object found as a whole lies on its own marker, if its pose is the "
-        "one that is told; others, and joints that no component tells, are left out",
+        "least probability that a component of an object found as a whole lies on its own marker, where the "
+        "object's pose is right; others, and joints that no component tells, are left out",
         low=0,
         high=1,
         paths=("space", "facing"),

@@ -5,7 +5,7 @@ few points that never falls. Claims of which no other component should be in vie
 some are, and of which some are while the required one is out of sight, or bears no labels, have a model each; where
 another component of the rigid body that it is part of is confirmed, that one is judged in its place. The curves are
 fitted on objects made up at random, and how well the probability is calibrated is measured on others
-(`benchmarks/acceptance.py`; what learned colours add: `benchmarks/acceptance_colour.py`).
+(`benchmarks/acceptance.py`; what learned colours add and strays take: `acceptance_colour.py`, `acceptance_strays.py`).
 """
 
 from __future__ import annotations

@@ -48,15 +48,20 @@ class FlatStage:
         found or turned down."""
         if not self._targets or not blobs:
             return ()
-        mine = [b for b in blobs if b.label in {label for _, label in self._wanted}]  # those that were aligned with
-        on = [matches.placed.blob[np.isin(matches.placed.shape, r.required_shapes)] for r in self._roles]
-        left = [[b for n, b in enumerate(mine) if n not in set(fits.tolist())] for fits in on]
+        mine = self._aligned(blobs)
+        # now, for what is put off would keep the matches' contour map
+        on = [{*matches.placed.blob[np.isin(matches.placed.shape, r.required_shapes)].tolist()} for r in self._roles]
+        left = [[b for n, b in enumerate(mine) if n not in fits] for fits in on]
         return Deferred(lambda: unmatched(self._targets, left, detections, rejected))
+
+    def _aligned(self, blobs: Sequence[Blob]) -> tuple[Blob, ...]:
+        """Those that outlines are aligned with: matches count these."""
+        labels = {label for _, label in self._wanted}
+        return tuple(b for b in blobs if b.label in labels)
 
     def align(self, frame: ImageFrame, blobs: tuple[Blob, ...]) -> Matches:
         """Where markers' outlines lie on blobs' contours (paper, steps 1 to 5)."""
-        labels = {label for _, label in self._wanted}
-        blobs = tuple(b for b in blobs if b.label in labels)
+        blobs = self._aligned(blobs)
         if not blobs:
             return Matches.none(self._shapes)
         if self._config.profile == "paper":

@@ -127,6 +127,25 @@ def write(
     out.write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
+def write_added(
+    added: dict[str, tuple[Curves, str]], columns: Sequence[str], said: str, out: Path, about: str, home: str
+) -> None:
+    """The committed file of what is added to the curves of some cases.
+
+    :param columns: the further evidence. :param about: what the file is. :param home: the module that has `Model`.
+    """
+    notes = "; ".join(f"{case}: {note}" for case, (_, note) in added.items())
+    lines = [
+        f'"""{about}', "", fill(f"{said} Chosen: {notes}.", 118), '"""', "",
+        f"from .{home} import Model", "",
+        "# Of each case what the bias is more, and of further evidence the points of its curve: how much there is,",
+        "# what it adds", "ADDED: dict[str, Model] = {",
+    ]  # fmt: skip
+    for case, (curves, _) in added.items():
+        lines += [f'    "{case}": (', *literal(curves, columns, " " * 8), "    ),"]
+    out.write_text("\n".join([*lines, "}"]) + "\n", encoding="utf-8")
+
+
 def arguments(description: str | None, worlds: int, scenes: int, out: Path) -> argparse.Namespace:
     """What is asked for. :param worlds, scenes: by default. :param out: what a fit writes."""
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)

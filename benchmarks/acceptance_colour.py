@@ -12,10 +12,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from textwrap import fill
 
 import numpy as np
-from acceptance import arguments, literal, report, rows_of, summary
+from acceptance import arguments, report, rows_of, summary, write_added
 from acceptance_claims import Claims, Parts, Watcher, joined, load, save
 from acceptance_fit import Curves, best_of_several
 from random_flat import painted, world_colours
@@ -81,21 +80,6 @@ def of_labels(claims: Claims, case: str) -> Array:
     return np.asarray(bias + sum(np.interp(x, *points) for x, points in zip(rows.T, curves.values(), strict=True)))
 
 
-def write_added(added: dict[str, tuple[Curves, str]], said: str) -> None:
-    """The committed file of fitted numbers."""
-    notes = "; ".join(f"{case}: {note}" for case, (_, note) in added.items())
-    lines = [
-        f'"""What images with colours add to `acceptance_curves.py`, written by `{Path(__file__).name} --fit`.', "",
-        fill(f"{said} Chosen: {notes}.", 118), '"""', "",
-        "Model = tuple[float, dict[str, tuple[tuple[float, ...], tuple[float, ...]]]]", "",
-        "# Of each case what the bias is more, and of further evidence the points of its curve: how much there is,",
-        "# what it adds", "ADDED: dict[str, Model] = {",
-    ]  # fmt: skip
-    for case, (curves, _) in added.items():
-        lines += [f'    "{case}": (', *literal(curves, COLUMNS, " " * 8), "    ),"]
-    OUT.write_text("\n".join([*lines, "}"]) + "\n", encoding="utf-8")
-
-
 def main() -> None:
     args = arguments(__doc__, 210, 8, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes)
@@ -118,7 +102,9 @@ def main() -> None:
         numbers = np.unique(claims.world)
         runs = np.split(numbers, np.flatnonzero(np.diff(numbers) > 1) + 1)
         worlds = " and ".join(f"{run[0]} to {run[-1]}" for run in runs)
-        write_added(added, f"Fitted on the even-numbered of worlds {worlds}. {'; '.join(said)}.")
+        said_all = f"Fitted on the even-numbered of worlds {worlds}. {'; '.join(said)}."
+        about = f"What images with colours add to `acceptance_curves.py`, written by `{Path(__file__).name} --fit`."
+        write_added(added, COLUMNS, said_all, OUT, about, "acceptance_curves")
 
 
 if __name__ == "__main__":

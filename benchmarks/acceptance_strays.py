@@ -11,10 +11,9 @@ parts in plain view. Save with no curves in force: empty `ADDED` first.
 from __future__ import annotations
 
 from pathlib import Path
-from textwrap import fill
 
 import numpy as np
-from acceptance import arguments, literal, report, rows_of, summary
+from acceptance import arguments, report, rows_of, summary, write_added
 from acceptance_claims import load, save
 from acceptance_facing import watch
 from acceptance_fit import Curves, best_of_several
@@ -39,21 +38,6 @@ def fitted(rows: Array, right: Array, worlds: NDArray[np.int_], off: Array) -> t
     return Curves(-float(points[1][-1]), (points,)), note
 
 
-def write_added(added: dict[str, tuple[Curves, str]], said: str) -> None:
-    """The committed file of fitted numbers."""
-    notes = "; ".join(f"{case}: {note}" for case, (_, note) in added.items())
-    lines = [
-        f'"""What strays take from `facing_curves.py`, written by `{Path(__file__).name} --fit`.', "",
-        fill(f"{said} Chosen: {notes}.", 118), '"""', "",
-        "from .facing_curves import Model", "",
-        "# Of each case what the bias is more, and of further evidence the points of its curve: how much there is,",
-        "# what it adds", "ADDED: dict[str, Model] = {",
-    ]  # fmt: skip
-    for case, (curves, _) in added.items():
-        lines += [f'    "{case}": (', *literal(curves, COLUMNS, " " * 8), "    ),"]
-    OUT.write_text("\n".join([*lines, "}"]) + "\n", encoding="utf-8")
-
-
 def main() -> None:
     args = arguments(__doc__, 220, 14, OUT)
     claims, parts = load(args.load) if args.load else watch(args.first, args.worlds, args.scenes, DOTTED)
@@ -73,7 +57,9 @@ def main() -> None:
             report(f"{case} as they scored", one.score, one)
             report(f"{case} by the other half of the worlds", p, one)
         worlds = f"{claims.world.min()} to {claims.world.max()}"
-        write_added(added, f"Fitted on worlds {worlds}. Of each half of these by the other one: {'; '.join(said)}.")
+        said_all = f"Fitted on worlds {worlds}. Of each half of these by the other one: {'; '.join(said)}."
+        about = f"What strays take from `facing_curves.py`, written by `{Path(__file__).name} --fit`."
+        write_added(added, COLUMNS, said_all, OUT, about, "facing_curves")
 
 
 if __name__ == "__main__":

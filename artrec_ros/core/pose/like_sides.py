@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose
-from .lookalikes import alike, placed_markers, placements
+from .lookalikes import alike, placed_markers, turned_on
 from .poses import Poses
 from .required_place import mirrored_about
 from .surface_model import SpatialModel
@@ -107,10 +107,14 @@ def _sides(surface: SpatialModel) -> Iterator[_Side]:
     every = placed_markers(surface)
     normals = np.array([m.whole.rotation[:, 2] for m in every])
     centres = np.array([m.whole.position for m in every])
-    kept, size = list[Pose](), min(m.marker.area for m in every) ** 0.5
-    for mine, there, T in placements(every, every):
-        moved = there.whole @ T @ mine.whole.inverse()
-        if mine.whole.rotation[:, 2] @ there.whole.rotation[:, 2] > _SAME_WAY or _is_one_of(kept, moved, size):
+    kept, size = np.zeros((0, 3, 4)), min(m.marker.area for m in every) ** 0.5
+    other_way = normals @ normals.T <= _SAME_WAY  # of a flat object none: there is nothing to try
+    pairs = ((every[i], every[j]) for i, j in np.argwhere(other_way).tolist() if every[i].labels == every[j].labels)
+    moves = ((there, there.whole @ T @ mine.whole.inverse()) for mine, there in pairs
+             for T in turned_on(mine, there, every))  # fmt: skip
+    for there, moved in moves:
+        matrix = np.column_stack([moved.rotation, moved.position])
+        if _is_one_of(kept, matrix, size):
             continue
         each = alike(moved, every)
         on = each.any(axis=0)
@@ -119,14 +123,13 @@ def _sides(surface: SpatialModel) -> Iterator[_Side]:
         seen = normals @ there.whole.rotation[:, 2] > _IN_VIEW
         on_it = on & seen
         if on_it.sum() >= max(_SHARE * seen.sum(), min(2, seen.sum())):
-            kept.append(moved)
+            kept = np.concatenate([kept, matrix[None]])
             normal = normals[on_it].sum(axis=0)
             yield _Side(moved, each, normal / np.linalg.norm(normal), centres[on_it].mean(axis=0))
 
 
-def _is_one_of(kept: list[Pose], moved: Pose, size: float) -> bool:
-    return any(
-        np.linalg.norm(one.rotation - moved.rotation) < np.sqrt(2) * _ONE_TURN
-        and np.linalg.norm(one.position - moved.position) < _ONE_PLACE * size
-        for one in kept
-    )
+def _is_one_of(kept: Array, moved: Array, size: float) -> bool:
+    """:param kept: (K, 3, 4) moves. :param moved: (3, 4) another one."""
+    off = kept - moved
+    turned, shifted = np.linalg.norm(off[..., :3], axis=(1, 2)), np.linalg.norm(off[..., 3], axis=1)
+    return bool(((turned < np.sqrt(2) * _ONE_TURN) & (shifted < _ONE_PLACE * size)).any())

@@ -85,7 +85,8 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     that have all, those of other classes too, are the same to the eye."""
     every = placed_markers(surface)
     markers = _of_the_required_class(surface, every)
-    found = list(placements([m for m in markers if m.component == surface.root], markers))
+    roots = [m for m in markers if m.component == surface.root]
+    found = [(mine, there, T) for mine in roots for there in markers for T in turned_on(mine, there, markers)]
     if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
         elsewhere = [f for f in found if f[1].component != surface.root]
         on_them = [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere]
@@ -160,15 +161,13 @@ def _of_the_required_class(surface: SpatialModel, markers: list[Placed]) -> list
     return [m for m in markers if m.labels == surface.labels[surface.root]]
 
 
-def placements(some: list[Placed], markers: list[Placed]) -> Iterator[tuple[Placed, Placed, Pose]]:
-    """One of some markers, the one of all whose place it takes, of its class, and how it is turned there."""
-    for mine in some:
-        for there in (m for m in markers if m.labels == mine.labels):
-            both = mine.marker, there.marker
-            discs = all(m.disc_radius for m in both) and _same_size(*both)
-            for turn in _turns_of_discs(mine, there, markers) if discs else turns_alike(*both):
-                if there is not mine or np.cos(turn) < 1 - 1e-6:
-                    yield mine, there, Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
+def turned_on(mine: Placed, there: Placed, markers: list[Placed]) -> Iterator[Pose]:
+    """How a marker may be turned in the place of one of its class. :param markers: beside which they lie."""
+    both = mine.marker, there.marker
+    discs = all(m.disc_radius for m in both) and _same_size(*both)
+    for turn in _turns_of_discs(mine, there, markers) if discs else turns_alike(*both):
+        if there is not mine or np.cos(turn) < 1 - 1e-6:
+            yield Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
 
 
 def _covered(moved: Pose, markers: list[Placed]) -> int:

@@ -29,7 +29,7 @@ def other_sides(
     supported = finder.voter.supports(frame, poses)
     for h in range(len(poses)):
         others = _standing(finder, frame, poses[h : h + 1])
-        laid, side = _laid_on_seen(finder, frame, poses[h : h + 1], supported[h])
+        laid, side = _laid_on_seen(finder, frame, poses[h : h + 1], others, supported[h])
         found = finder.ranked(frame, Poses.concatenate([others.poses, laid]))
         side = np.append(others.side, side)
         order = np.argsort(-found.votes, kind="stable")
@@ -42,14 +42,15 @@ def other_sides(
 
 
 def _laid_on_seen(
-    finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]
+    finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, others: Others, used: NDArray[np.bool_]
 ) -> tuple[Poses, NDArray[np.int64]]:
     """Other sides through the middles of all that is seen of one pose, where more than one side is, and which each
-    shows: of those that are alike each lies otherwise beside the next. :param used: (M,) markers that are seen."""
+    shows: of those that are alike each lies otherwise beside the next. :param used: (M,) markers that are seen of it.
+    """
     through, camera, sides = finder.through_middles, frame.camera, finder.like_sides
     at = through.places(pose, finder.surface.markers)[0]
     pixels, scale = project(camera, at), camera.focal_px / at[:, 2]
-    others, nearest = _standing(finder, frame, pose), dict[frozenset[tuple[int, int]], tuple[float, int]]()
+    nearest = dict[frozenset[tuple[int, int]], tuple[float, int]]()
     for n, k in enumerate(others.side.tolist()):
         there, here = sides.pairs(k, used)
         if len(there) > sides.covered(k, used):

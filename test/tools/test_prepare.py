@@ -10,18 +10,24 @@ from pathlib import Path
 import pytest
 
 from artrec_ros.core.base import kernel_cache
-from artrec_ros.core.warm_up import get_ready
 from artrec_ros.core.warm_up_pieces import PIECES, PLANE, SPACE
 from artrec_ros.tools.getting_ready import progress
-from artrec_ros.tools.main import main
 
 ROOT = Path(__file__).parents[2]
 
 
-def test_it_says_where_the_results_lie(capsys: pytest.CaptureFixture[str]) -> None:
-    get_ready((SPACE, PLANE))
-    assert main(["prepare"]) == 0
-    printed = capsys.readouterr().out.strip()
+PREPARE = (sys.executable, "-m", "artrec_ros.tools.main", "prepare")
+
+
+@pytest.fixture(scope="module")
+def printed() -> str:
+    """By a process of its own: what this one has compiled says nothing of what lies on disk by now."""
+    done = subprocess.run(PREPARE, cwd=ROOT, capture_output=True, text=True, timeout=600)
+    assert done.returncode == 0, done.stderr
+    return done.stdout.strip()
+
+
+def test_it_says_where_the_results_lie(printed: str) -> None:
     folder = Path(printed.rpartition(" in ")[2])
     assert folder in kernel_cache.folders() and (folder / "space.ready").exists()
 
@@ -29,7 +35,7 @@ def test_it_says_where_the_results_lie(capsys: pytest.CaptureFixture[str]) -> No
 def test_where_nothing_can_be_kept_it_fails_with_the_way_out(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     done = subprocess.run(
-        [sys.executable, "-m", "artrec_ros.tools.main", "prepare"], cwd=ROOT, capture_output=True, text=True,
+        PREPARE, cwd=ROOT, capture_output=True, text=True,
         env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "file")}, timeout=120,
     )  # fmt: skip
     (line,) = done.stderr.splitlines()
@@ -56,8 +62,8 @@ assert not begun, begun
 """
 
 
+@pytest.mark.usefixtures("printed")
 def test_what_is_kept_where_nothing_can_be_written_is_used() -> None:
-    get_ready((SPACE, PLANE))
     done = subprocess.run([sys.executable, "-c", READ_ONLY], cwd=ROOT, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
     assert "done before" in done.stdout and not done.stderr

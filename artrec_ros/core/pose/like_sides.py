@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose
-from .lookalikes import alike, placed_markers, turned_on
+from .lookalikes import Layout, moves_onto, placed_markers, turns_on
 from .poses import Poses
 from .required_place import mirrored_about
 from .surface_model import SpatialModel
@@ -107,25 +107,23 @@ def _sides(surface: SpatialModel) -> Iterator[_Side]:
     every = placed_markers(surface)
     normals = np.array([m.whole.rotation[:, 2] for m in every])
     centres = np.array([m.whole.position for m in every])
-    kept, size = np.zeros((0, 3, 4)), min(m.marker.area for m in every) ** 0.5
+    kept, size, layout = np.zeros((0, 3, 4)), min(m.marker.area for m in every) ** 0.5, Layout(every)
     other_way = normals @ normals.T <= _SAME_WAY  # of a flat object none: there is nothing to try
-    pairs = ((every[i], every[j]) for i, j in np.argwhere(other_way).tolist() if every[i].labels == every[j].labels)
-    moves = ((there, there.whole @ T @ mine.whole.inverse()) for mine, there in pairs
-             for T in turned_on(mine, there, every))  # fmt: skip
-    for there, moved in moves:
-        matrix = np.column_stack([moved.rotation, moved.position])
-        if _is_one_of(kept, matrix, size):
-            continue
-        each = alike(moved, every)
-        on = each.any(axis=0)
-        if on.all():
-            continue  # the same to the eye
-        seen = normals @ there.whole.rotation[:, 2] > _IN_VIEW
+    for mine, there in ((every[i], every[j]) for i, j in np.argwhere(other_way).tolist()):
+        turns = turns_on(mine, there, every) if mine.labels == there.labels else []
+        R, t = moves_onto(mine, there, turns)
+        each = layout.alike(R, t)
+        on, seen = each.any(axis=1), normals @ there.whole.rotation[:, 2] > _IN_VIEW
         on_it = on & seen
-        if on_it.sum() >= max(_SHARE * seen.sum(), min(2, seen.sum())):
+        is_side = on_it.sum(axis=1) >= max(_SHARE * seen.sum(), min(2, seen.sum()))
+        for n in np.flatnonzero(is_side & ~on.all(axis=1)).tolist():  # all on all: the same to the eye
+            matrix = np.column_stack([R[n], t[n]])
+            if _is_one_of(kept, matrix, size):
+                continue
             kept = np.concatenate([kept, matrix[None]])
-            normal = normals[on_it].sum(axis=0)
-            yield _Side(moved, each, normal / np.linalg.norm(normal), centres[on_it].mean(axis=0))
+            normal = normals[on_it[n]].sum(axis=0)
+            centre = centres[on_it[n]].mean(axis=0)
+            yield _Side(Pose(R[n], t[n]), each[n], normal / np.linalg.norm(normal), centre)
 
 
 def _is_one_of(kept: Array, moved: Array, size: float) -> bool:

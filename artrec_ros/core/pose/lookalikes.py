@@ -6,14 +6,13 @@ worth no more than what is known of these rivals: they are few, known ahead, and
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.polygons import distance_to_outline
-from ..geometry.transforms import Pose, rotation_from_rotvec
+from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..model.marker import Marker
 from ..model.same_turns import Looks
 from ..model.surface import sample_contour
@@ -86,24 +85,31 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     every = placed_markers(surface)
     markers = _of_the_required_class(surface, every)
     roots = [m for m in markers if m.component == surface.root]
-    found = [(mine, there, T) for mine in roots for there in markers for T in turned_on(mine, there, markers)]
+    pairs = [(mine, there) for mine in roots for there in markers]
     if surface.kinematics.n_joints:  # which of its own sides is seen all else tells
-        elsewhere = [f for f in found if f[1].component != surface.root]
-        on_them = [(there.component, there.inside @ T @ mine.inside.inverse()) for mine, there, T in elsewhere]
+        elsewhere = [(mine, there) for mine, there in pairs if there.component != surface.root]
+        on_them = [
+            (there.component, there.inside @ _turned(turn) @ mine.inside.inverse())
+            for mine, there in elsewhere
+            for turn in turns_on(mine, there, markers)
+        ]
         return on_them + _turned_in_place(surface), set()
     least = max(2.0, _SHARE * len(markers))
     out: dict[tuple[float, ...], tuple[int, int, Pose]] = {}
-    led = {surface.root}
-    for mine, there, T in found:
-        moved = there.whole @ T @ mine.whole.inverse()
-        covered = _covered(moved, markers)
-        if covered >= least:
+    led, own = {surface.root}, Layout(markers)
+    whole = own if len(markers) == len(every) else Layout(every)
+    for mine, there in pairs:
+        turns = turns_on(mine, there, markers)
+        R, t = moves_onto(mine, there, turns)
+        covered = own.alike(R, t).any(axis=2).sum(axis=1)
+        covered_of_all = covered if whole is own else whole.alike(R, t).any(axis=2).sum(axis=1)
+        if (covered >= least).any():
             led.add(there.component)
         in_place = there is mine and len(_own_turns(mine.marker)) > 0
-        if (in_place or least <= covered) and (covered < len(markers) or _covered(moved, every) < len(every)):
-            out.setdefault(
-                _key(moved, mine.marker), (covered, there.component, there.inside @ T @ mine.inside.inverse())
-            )
+        rival = (in_place | (covered >= least)) & ((covered < len(markers)) | (covered_of_all < len(every)))
+        for n in np.flatnonzero(rival).tolist():
+            T = there.inside @ _turned(turns[n]) @ mine.inside.inverse()
+            out.setdefault(_key(Pose(R[n], t[n]), mine.marker), (int(covered[n]), there.component, T))
     return [(c, T) for _, c, T in sorted(out.values(), key=lambda o: -o[0])], led
 
 
@@ -114,7 +120,7 @@ def _turned_in_place(surface: SpatialModel) -> list[tuple[int, Pose]]:
     out: dict[tuple[float, ...], Pose] = {}
     for m in (m for m in placed_markers(surface) if m.component == surface.root):
         for turn in _own_turns(m.marker):
-            T = Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
+            T = _turned(turn)
             out.setdefault(_key(m.whole @ T @ m.whole.inverse(), m.marker), m.inside @ T @ m.inside.inverse())
     return [(surface.root, T) for T in out.values()]
 
@@ -161,32 +167,44 @@ def _of_the_required_class(surface: SpatialModel, markers: list[Placed]) -> list
     return [m for m in markers if m.labels == surface.labels[surface.root]]
 
 
-def turned_on(mine: Placed, there: Placed, markers: list[Placed]) -> Iterator[Pose]:
+def turns_on(mine: Placed, there: Placed, markers: list[Placed]) -> list[float]:
     """How a marker may be turned in the place of one of its class. :param markers: beside which they lie."""
     both = mine.marker, there.marker
     discs = all(m.disc_radius for m in both) and _same_size(*both)
-    for turn in _turns_of_discs(mine, there, markers) if discs else turns_alike(*both):
-        if there is not mine or np.cos(turn) < 1 - 1e-6:
-            yield Pose(rotation_from_rotvec([0.0, 0.0, turn]), np.zeros(3))
+    turns = _turns_of_discs(mine, there, markers) if discs else turns_alike(*both)
+    return [turn for turn in turns if there is not mine or np.cos(turn) < 1 - 1e-6]
 
 
-def _covered(moved: Pose, markers: list[Placed]) -> int:
-    """How many markers of a rigid object lie on some of its own when it is moved in its own frame."""
-    return int(alike(moved, markers).any(axis=1).sum())
+def moves_onto(mine: Placed, there: Placed, turns: list[float]) -> tuple[Array, Array]:
+    """(K, 3, 3), (K, 3) how a rigid object moves, in its own frame, with one of its markers put in another one's place,
+    turned so."""
+    in_place = rotation_from_rotvec(np.outer(turns, [0.0, 0.0, 1.0]))
+    R = there.whole.rotation @ in_place @ mine.whole.rotation.T
+    return R, there.whole.position - R @ mine.whole.position
 
 
-def alike(moved: Pose, markers: list[Placed]) -> NDArray[np.bool_]:
-    """(M, M) which markers of a rigid object lie on which of its own, of their size and class, when it is moved in its
-    own frame."""
-    at = np.array([m.whole.position for m in markers])
-    out = np.array([m.whole.rotation[:, 2] for m in markers])
-    size = np.array([m.marker.area**0.5 for m in markers])
-    near = np.linalg.norm(moved.apply(at)[:, None] - at, axis=2) < _NEAR * size
-    same = (np.abs(np.log(size[:, None] / size)) < _ALIKE) & ((out @ moved.rotation.T) @ out.T > 0.9)
-    numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
-    of = np.array([numbers[m.labels] for m in markers])
-    same &= of[:, None] == of
-    return np.asarray(near & same)
+def _turned(angle: float) -> Pose:
+    """A marker in its own frame."""
+    return Pose(rotation_from_rotvec([0.0, 0.0, angle]), np.zeros(3))
+
+
+class Layout:
+    """Where markers of a rigid object lie, to be compared with themselves when it is moved in its own frame."""
+
+    def __init__(self, markers: list[Placed]) -> None:
+        self._at = np.array([m.whole.position for m in markers])
+        self._normal = np.array([m.whole.rotation[:, 2] for m in markers])
+        self._size = np.array([m.marker.area**0.5 for m in markers])
+        numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
+        of = np.array([numbers[m.labels] for m in markers])
+        self._same = (np.abs(np.log(self._size[:, None] / self._size)) < _ALIKE) & (of[:, None] == of)
+
+    def alike(self, R: Array, t: Array) -> NDArray[np.bool_]:
+        """(K, M, M) which markers lie on which, of their size and class. :param R, t: (K, 3, 3), (K, 3) moves."""
+        there = self._at @ np.swapaxes(R, 1, 2) + t[:, None]
+        off = (there**2).sum(axis=2)[:, :, None] + (self._at**2).sum(axis=1) - 2 * there @ self._at.T
+        near = self._same & (off < (_NEAR * self._size) ** 2)
+        return np.asarray(near & (self._normal @ np.swapaxes(R, 1, 2) @ self._normal.T > 0.9))
 
 
 def _turns_of_discs(mine: Placed, there: Placed, markers: list[Placed]) -> list[float]:

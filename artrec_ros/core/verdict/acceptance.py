@@ -23,6 +23,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import SpatialModel
 from . import acceptance_curves, colour_curves, facing_curves, stray_curves
 from .acceptance_curves import Model
+from .alike import alike_of
 from .claims import Claims
 from .curve_kernels import Curves, probabilities
 from .evidence import Evidence
@@ -44,6 +45,7 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
         np.empty(n, np.int64), np.empty(n, bool), np.empty(n), np.empty(n), np.empty(n),
         np.empty(n[0], np.int64),
         np.empty((n[0], len(Evidence._fields))),
+        np.empty(n[0]),
     )  # fmt: skip
     poses = claims.poses
     compiled, chain, view = surface.compiled, surface.kinematics.chain, claims.frame.view
@@ -57,7 +59,7 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     times = _of_several(found.confirmed, surface)
     if (one := ONE_OF_ITS_BODY[found.case]).any():
         times[one] *= 1 + by.rigid.sum()
-    times = sizes * times
+    times = sizes * times * found.times
     return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
 
 
@@ -85,6 +87,7 @@ def _criteria_of(finder: WholeObjectFinder, *, in_colour: bool) -> Criteria:
         float(thin_px), float(v.inside[0]), float(v.inside[0] - v.inside[2]), most * v.ring_width_px,
         most, config.required == "visible", surface.root_others,
         finder.facing, finder.facing and surface.overlaps,
+        alike_of(surface, config.verdict, facing=finder.facing),
     )  # fmt: skip
 
 

@@ -28,6 +28,10 @@ class Evidence(NamedTuple):
     :param known: less `Claims.known`: where few scales are possible, few false claims are.
     :param even: how even its regions' raw colours are, as of `Seen`.
     :param faint: less `colour`: where codes are soft, the plainest marker gets few votes of a pixel.
+    :param spare: by how many numbers the places of the confirmed components tell more than a pose and the joints
+        between them have.
+    :param distinct: less the logarithm of in how many ways as many of them as fix that pose could be taken for others
+        that look like them; 0: all look different.
     """
 
     size: float
@@ -48,3 +52,5 @@ class Evidence(NamedTuple):
     known: float
     even: float
     faint: float
+    spare: float
+    distinct: float

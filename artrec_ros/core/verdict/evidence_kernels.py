@@ -23,6 +23,7 @@ from ..pose.surface_kernels import (
     widened,
 )
 from ..pose.vote_kernels import LEAST_KNOWN, is_supported
+from .alike_kernels import Alike, freedom, times_mixed_up
 
 ALONE, DESERTED, BORNE_OUT, UNSEEN, FADED = range(5)  # see `Verdict.case`
 UNSEEN_ALONE, FADED_ALONE = 5, 8  # and from there on the first three, with another component in its place
@@ -51,6 +52,7 @@ class Criteria(NamedTuple):
     others: Any  # (256,) how far each code is of a known class that is none of the required component's
     facing: bool  # of what faces the camera; outlines of what is in space are weighed as its curves were fitted
     overlaps: bool  # whether parts of one class can lie over each other's contours
+    alike: Alike
 
 
 class Said(NamedTuple):
@@ -74,6 +76,7 @@ class Found(NamedTuple):
     parted: Any  # (H, C) share of that outline that does not lie amid its class
     case: Any  # (H,)
     evidence: Any  # (H, columns)
+    times: Any  # (H,) how many times as easily chance bears it out because its components look alike
 
 
 @inlined
@@ -332,6 +335,9 @@ def examine(
         if by.overlaps:
             cover(s, frames_R, frames_t, view, limits, room)
         confirm(s, said, by, h, frames_R, frames_t, view, limits, room, found, rims)
+        spare, distinct = freedom(chain, by.alike, found.confirmed[h])
+        found.evidence[h, 18], found.evidence[h, 19] = spare, distinct
+        found.times[h] = times_mixed_up(by.alike, spare, distinct)
         A, b = frames_R[by.root], frames_t[by.root]
         weigh(s, said, by, h, by.root, aspect(s, found.shown[h, by.root], A, b)[0], rims[by.root], found)
         if found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]:

@@ -29,6 +29,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Missing
 from ..model.kinematics import Frames, Kinematics
 from ..pose.finder import WholeObjectFinder
+from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.through_middles import Middles
@@ -85,11 +86,9 @@ class LeftOvers:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, surface = finder, finder.surface
         self._config, self._kin = finder.config, surface.kinematics
-        markers = [surface.patches[p].marker for p in surface.markers]
+        self._numbers = numbers_told(surface, facing=finder.facing)
         self._of = surface.component[surface.markers]
         self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
-        self._round = np.array([m is not None and m.disc_radius is not None for m in markers])
-        self._round |= np.isin(self._of, sorted(surface.sides.balls))
         self._reach = _reach(self._kin, self._middle, self._of)
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
@@ -235,16 +234,11 @@ class LeftOvers:
         another side would show the same, no more than what tells these sides apart: all marks of one plate together
         say nothing of which plate it is."""
         if seen not in self._spares:
-            free, moves = 4 if self._finder.facing else 6, self._kin.moves[list(seen)]
+            free, moves = pose_numbers(facing=self._finder.facing), self._kin.moves[list(seen)]
             between = (moves.any(axis=0) & ~moves.all(axis=0)).sum()
-            apart = [self._numbers(some) for some in self._finder.like_sides.told_apart_by(seen)]
-            self._spares[seen] = float(min([self._numbers(seen) - free - between, *apart]))
+            told, *apart = (self._numbers[list(s)].sum() for s in (seen, *self._finder.like_sides.told_apart_by(seen)))
+            self._spares[seen] = float(min([told - free - between, *apart]))
         return self._spares[seen]
-
-    def _numbers(self, seen: Collection[int]) -> int:
-        """How many the places of some components tell."""
-        of_round, of_others = (2, 3) if self._finder.facing else (3, 6)
-        return sum(of_round if self._round[self._of == c].all() else of_others for c in seen)
 
 
 def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver) -> Detection:

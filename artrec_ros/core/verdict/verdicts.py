@@ -22,6 +22,7 @@ CASES = (*_OF_LABELS, *(f"{case} in colour" for case in _OF_LABELS))
 _BORNE_OUT = np.array([case.startswith("borne out") for case in CASES])
 # nothing but one component of a rigid body is seen: each of them could be taken for it by chance
 ONE_OF_ITS_BODY = np.array([", alone" in case or ", deserted" in case for case in CASES])
+_TIMES = 2.0  # as easily borne out by chance: half of the odds are gone then
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,8 @@ class Verdicts:
 
     :param shown, confirmed, marker_votes, outline, parted: (H, C), as of `Verdict`.
     :param case: (H,) index into `CASES`.
-    :param evidence: (H, columns) `Evidence`. :param probability: (H,)
+    :param evidence: (H, columns) `Evidence`. :param times: (H,) how many times as easily chance bears it out because
+        its components look alike. :param probability: (H,)
     """
 
     claims: Claims
@@ -41,6 +43,7 @@ class Verdicts:
     parted: Array
     case: Array
     evidence: Array
+    times: Array
     probability: Array
 
     def __len__(self) -> int:
@@ -202,6 +205,9 @@ class Verdict:
             text.append(f"nearest to it {names[nearest]} with {said}")
         elif not self.without_required:
             text.append(f"the outline of {names[root]} {fits}")
+        if self.among.times[self.row] > _TIMES:
+            ways = np.exp(-self.evidence.distinct)
+            text.append(f"what is confirmed looks like others of its components: {ways:.0f} ways to lay it there")
         return "; ".join(text)
 
     @property

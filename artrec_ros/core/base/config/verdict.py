@@ -241,6 +241,18 @@ class VerdictConfig(Room):
         ".185 -> .188, .98 told still); amid many like patches what is wrong at .5 or more 2836 -> 950, .96 of what is "
         "there and was told is told still. The number is an upper bound: places overlap",
     )
+    mixed_up: tuple[float, ...] = param(
+        (4.6, 0.38, 0.23),
+        "how many times as easily chance bears out an object in space because its components look alike, more than "
+        "once: so much, times the number of other ways to lay what is confirmed to this power, less this logarithm for "
+        "each number that it tells more than the pose and its joints have",
+        low=0.001,
+        high=100,
+        length=3,
+        paths=("space",),
+        origin="benchmarks/mixed_up.py: on worlds left out log-loss of dots .298 -> .220, of patterns .120 -> .104, of "
+        "other objects .134 -> .137",
+    )
     identity_independent: float = param(
         0.05,
         "share of a marker's pixels that tell its class independently of each other",

@@ -1,0 +1,22 @@
+"""How many numbers the places of components tell, and how many a pose has."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .surface_model import SpatialModel
+
+
+def pose_numbers(*, facing: bool) -> int:
+    """Of the pose of a rigid body: six, of what faces the camera its place, turn and scale."""
+    return 4 if facing else 6
+
+
+def numbers_told(surface: SpatialModel, *, facing: bool) -> NDArray[np.int64]:
+    """(C,) how many the marker of each component tells of its pose: all, of what is round, which may be turned in any
+    way, its place and, in space, how far off it is."""
+    of_round, of_others = (2, 3) if facing else (3, 6)
+    discs = np.array([all(m.disc_radius is not None for m in c.markers) for c in surface.model.components])
+    is_round = discs | np.isin(np.arange(len(discs)), sorted(surface.sides.balls))
+    return np.where(is_round, of_round, of_others)

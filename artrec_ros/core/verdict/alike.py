@@ -1,0 +1,36 @@
+"""Which components of an object look like one another, and what that takes from what they say."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import VerdictConfig
+from ..geometry.transforms import Array
+from ..pose.freedom import numbers_told, pose_numbers
+from ..pose.surface_model import SpatialModel
+from .alike_kernels import Alike, times_of_all
+
+
+def alike_of(surface: SpatialModel, config: VerdictConfig, *, facing: bool) -> Alike:
+    """For compiled code. What faces the camera is judged by what chance makes of an image's blobs (`chance.py`)."""
+    share, power, per_number = config.mixed_up
+    numbers, free = numbers_told(surface, facing=facing), pose_numbers(facing=facing)
+    like = _look_alike(surface, config.left_over_ratio)
+    return Alike(numbers.astype(float), float(free), like, 0.0 if facing else share, power, per_number)
+
+
+def _look_alike(surface: SpatialModel, ratio: float) -> NDArray[np.bool_]:
+    """(C, C) components with markers of a class that both may have, of which none is so many times larger than the
+    other's."""
+    size, bears = np.log(surface.sides.blobs[1][surface.markers]), surface.may_show.astype(int)
+    of = surface.of_component[surface.markers]  # (M, C)
+    as_large = of.T @ (np.abs(size[:, None] - size) <= np.log(ratio)) @ of
+    return np.asarray((as_large > 0) & (bears @ bears.T > 0))
+
+
+def times(spare: Array, distinct: Array, by: Alike) -> Array:
+    """(n,) `alike_kernels.times_mixed_up` of what `Evidence` says of claims (n,)."""
+    out = np.empty(len(spare))
+    times_of_all(by, spare, distinct, out)
+    return out

@@ -14,7 +14,7 @@ from .model.found import Detection, Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .verdict.claims import Claim, left_by
-from .verdict.identity import NONE_LEFT
+from .verdict.identity import NOT_FIRST
 from .verdict.judge import Judge
 from .verdict.offers import Told
 from .verdict.verdicts import Verdict
@@ -35,7 +35,7 @@ def turned_down(
     :param told: what is told of the frame.
     :param blobs: that were looked at, as far as `finders` look for their class.
     """
-    rejected = [_rejection_of(v, frame, judge, NONE_LEFT) for v in told.surplus]
+    rejected = [_rejection_of(v, frame, judge, NOT_FIRST) for v in told.surplus]
     rejected += [_rejection_of(v, frame, judge) for v in told.shared.others]
     yield from rejected
     yield from _unexplained(frame, finders, blobs, [v.claim for v in told.shared.accepted], rejected)

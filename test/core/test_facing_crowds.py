@@ -23,7 +23,7 @@ from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.verdict.claims import silhouette
-from artrec_ros.core.verdict.identity import NONE_LEFT
+from artrec_ros.core.verdict.identity import NOT_FIRST
 from artrec_ros.core.verdict.judge import Judge
 
 SCALE, SIZE = 190.0, (220, 160)
@@ -56,7 +56,7 @@ def test_where_each_name_occurs_once_there_are_no_more_objects_than_names(camera
     result = recognizer(robot()).recognize(picture, camera)
     assert len(result.detections) == 4
     assert {d.identity.name for d in result.detections} <= {"gr", "gv", "rg", "vr", None}
-    reasons = [r for r in result.rejected if r.reason == NONE_LEFT]
+    reasons = [r for r in result.rejected if r.reason == NOT_FIRST]
     assert len(reasons) == 1 and 0.4 < reasons[0].score <= 1
     assert not found_at(result, Placing(reasons[0].x, reasons[0].y, 0.0, 300.0))
 
@@ -77,7 +77,7 @@ def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels(
     once = replace(robot(alternatives=False), unique=True)
     picture, places = rendered(*PLACED[:2], size=SIZE), PLACED[:2]
     result = recognizer(once).recognize(picture)
-    assert len(result.detections) == 1 and [r.reason for r in result.rejected] == [NONE_LEFT]
+    assert len(result.detections) == 1 and [r.reason for r in result.rejected] == [NOT_FIRST]
 
     config = settings(time_budget_ms=60000)
     stage = FacingStage([Target("robot", once, TEAM)], config)

@@ -15,7 +15,7 @@ from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict.identity import NONE_LEFT
+from artrec_ros.core.verdict.identity import NOT_FIRST
 from artrec_ros.core.verdict.offers import Told
 
 SCALE, OFF = 1000.0, 0.0058  # pixels per metre; of a bar of an equals sign from its middle
@@ -48,7 +48,7 @@ def test_what_one_of_too_many_has_taken_is_anothers():
     told = {d.object: round(d.image.x, -1) for d in result.detections}
     assert sorted(told) == ["equals", "minus"] and len(result.detections) == 2
     assert sorted(told.values()) == [90, 300]
-    assert any(r.object == "equals" and r.reason == NONE_LEFT for r in result.rejected)
+    assert any(r.object == "equals" and r.reason == NOT_FIRST for r in result.rejected)
 
 
 def at(*places):

@@ -211,6 +211,8 @@ class Detection:
         `score` counts it, and of the former joints' deviations do.
     :param beyond_chance: the share of its probability that is left where chance makes such objects of like patches, in
         an image that faces it; `score` counts it.
+    :param beyond_others: the share that is left where others whose pixels say nothing of it may not be there; `score`
+        counts it.
     """
 
     object: str
@@ -235,6 +237,7 @@ class Detection:
     other_place: OtherPlace | None = field(default=None, repr=False, compare=False)
     as_told: float = field(default=1.0, repr=False, compare=False)
     beyond_chance: float = field(default=1.0, repr=False, compare=False)
+    beyond_others: float = field(default=1.0, repr=False, compare=False)
 
     @property
     def there(self) -> float:

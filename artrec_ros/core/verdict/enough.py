@@ -15,6 +15,7 @@ from .verdicts import Verdict
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
 _BY_CHANCE = "chance makes such an object of so many like patches"
+_BESIDE_OTHERS = "without what lies beside it, which may be none, it is none"
 _NOTHING_TOLD = "none of its components is sure enough to be told"
 _NOT_LISTED = "the classes that its components show are those of none of its identities"
 
@@ -44,10 +45,7 @@ def enough_of(
 def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None:
     """Why an object is not told; None where it is."""
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
-        by_chance = d.there >= judge.min_probability * d.beyond_chance
-        unlisted = d.identity is not None and d.identity.listed < 0
-        why = _NOT_LISTED if unlisted else _BY_CHANCE if by_chance else _OTHER_PLACES
-        return too_low(d.there, judge.min_probability, why)
+        return too_low(d.there, judge.min_probability, _why_low(d, judge.min_probability))
     model, seen = finder.target.model, {part.component for part in d.components}
     wanted = min(judge.min_components, len(model.components))
     if len(seen) < wanted:
@@ -55,6 +53,15 @@ def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None
     if not seen:
         return _NOTHING_TOLD
     return NO_DIRECTION if finder.facing and model.needs_another and _is_lone_disc(d, model) else None
+
+
+def _why_low(d: Detection, least: float) -> str:
+    """What makes a detection less probable than that."""
+    if d.there >= least * d.beyond_others:
+        return _BESIDE_OTHERS
+    if d.identity is not None and d.identity.listed < 0:
+        return _NOT_LISTED
+    return _BY_CHANCE if d.there >= least * d.beyond_chance else _OTHER_PLACES
 
 
 def _is_lone_disc(d: Detection, model: ObjectModel) -> bool:

@@ -30,6 +30,10 @@ from ..pose.poses import Poses
 
 _LEAST = 1e-9  # nothing is surer than that
 NONE_LEFT = "it occurs once, or its identities do (unique), and others are likelier"
+# one that is told may have a smaller score, which counts how it lies, too
+NOT_FIRST = (
+    "it occurs once, or its identities do (unique); by how surely they are there, and how large, others come first"
+)
 _NOT_KNOWN = -1e9  # instead of a forbidden pair: linear_sum_assignment wants numbers
 
 

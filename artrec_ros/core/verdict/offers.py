@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Rejection
@@ -21,6 +22,7 @@ from ..pose.poses import Poses
 from .descriptions import Describer
 from .enough import enough_of, without_surplus
 from .judge import Judge
+from .leaning import Leaning
 from .ownership import Shared
 from .verdicts import Verdict
 
@@ -124,18 +126,39 @@ class Offers:
         told, surplus, objects = without_surplus(self.describers, shared.accepted, self.frame, self.judge)
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
-        for describer, mine in zip(self.describers, told, strict=True):
-            described = describer.describe(mine, self.frame, objects, self.blobs)
-            sure, unsure, reasons = enough_of(described, describer.finder, self.judge)
+        described = [
+            d.describe(mine, self.frame, objects, self.blobs) for d, mine in zip(self.describers, told, strict=True)
+        ]
+        leaning = self._leaning(shared.accepted, described, surplus)
+        for describer, mine, seen in zip(self.describers, told, described, strict=True):
+            rated = [leaning.rated(d, v) for d, v in zip(seen, _behind(mine, seen), strict=True)]
+            sure, unsure, reasons = enough_of(rated, describer.finder, self.judge)
             detections.append(sure)
             others += unsure
             doubtful += reasons
             fallen += _behind(mine, unsure)
         return Told(detections, others, doubtful, told, shared, surplus, fallen)
 
+    def _leaning(
+        self, accepted: Sequence[Verdict], described: Sequence[Sequence[Detection]], surplus: Sequence[Verdict]
+    ) -> Leaning:
+        """How far objects lean on others, those of which there are enough being none."""
+        there = dict[Verdict, float]()
+        if any(v.owners for v in accepted):
+            for describer, seen in zip(self.describers, described, strict=True):
+                mine = [v for v in accepted if v.finder is describer.finder]
+                there |= zip(_behind(mine, seen), (d.there for d in seen), strict=True)
+                gone = [v.poses.t[0] for v in surplus if v.finder is describer.finder]
+                there |= dict.fromkeys(_nearest(mine, gone), 0.0)
+        return Leaning(self.judge, there)
+
 
 def _behind(verdicts: Sequence[Verdict], detections: Sequence[Detection]) -> list[Verdict]:
     """The verdict that each detection is about: nothing else is as near to where it came to rest."""
-    places = np.array([v.claim.poses.t[0] for v in verdicts])
-    poses = [d.pose for d in detections if d.pose is not None]
-    return [verdicts[int(np.linalg.norm(places - pose.position, axis=1).argmin())] for pose in poses]
+    return _nearest(verdicts, [d.pose.position for d in detections if d.pose is not None])
+
+
+def _nearest(verdicts: Sequence[Verdict], places: Sequence[Array]) -> list[Verdict]:
+    """Of each place the verdict on what is nearest to it."""
+    there = np.array([v.claim.poses.t[0] for v in verdicts])
+    return [verdicts[int(np.linalg.norm(there - place, axis=1).argmin())] for place in places]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import pairwise
 from typing import NamedTuple
@@ -52,7 +53,7 @@ def share_out(
     field, accepted = _Field(found, frame.camera, judge, looks or Looks()), []
     field.judge_all(frame)
     while len(best := field.best()):
-        accepted += [(field.worth[row], field.verdict(row)) for row in best.tolist()]
+        accepted += field.accepted(best)
         met = field.taken(best)
         if frame.deadline.expired:
             field.worth[met] = -np.inf
@@ -80,6 +81,7 @@ class _Field:
     ) -> None:
         self._judge, self._groups = judge, [Contenders.of(finder, poses, camera) for finder, poses in found]
         self._looks, self._owners = looks, Owners()
+        self._taking: dict[int, Verdict] = {}  # who took pixels, by their rows
         self._first = np.cumsum([0, *(len(g.poses) for g in self._groups)])
         self._boxes = np.concatenate([np.zeros((0, 2, 2)), *(g.boxes for g in self._groups)])
         self._last: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
@@ -175,6 +177,21 @@ class _Field:
         worth = self.worth[rows]
         rows = rows[np.argsort(-worth, kind="stable")]
         return rows[~np.tril(self._meet(rows, rows), -1).any(axis=1)]
+
+    def accepted(self, rows: NDArray[np.int64]) -> list[tuple[float, Verdict]]:
+        """What some that take their pixels are worth, and verdicts on them that tell whose they were judged without."""
+        before = list(self._taking)
+        met = self._meet(rows, np.array(before, np.int64))
+        verdicts = [
+            replace(
+                self.verdict(row),
+                owners=tuple(self._taking[other] for other, meets in zip(before, mine, strict=True) if meets),
+                wider_px=float(self._swollen_px[row]),
+            )
+            for row, mine in zip(rows.tolist(), met.tolist(), strict=True)
+        ]
+        self._taking.update(zip(rows.tolist(), verdicts, strict=True))
+        return list(zip(self.worth[rows].tolist(), verdicts, strict=True))
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""

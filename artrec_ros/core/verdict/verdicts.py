@@ -89,10 +89,16 @@ class Verdicts:
 
 @dataclass(frozen=True, eq=False)
 class Verdict:
-    """What is confirmed of one of them."""
+    """What is confirmed of one of them.
+
+    :param owners: objects whose pixels said nothing of it. :param wider_px: how much larger than they are its markers
+        look, pixels.
+    """
 
     among: Verdicts
     row: int
+    owners: tuple[Verdict, ...] = ()
+    wider_px: float = 0.0
 
     @cached_property
     def claim(self) -> Claim:

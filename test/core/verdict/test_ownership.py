@@ -73,6 +73,7 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
     assert len(accepted) == 2
     before = [v.claim.votes for v in accepted]
     assert before == sorted(before, reverse=True)
+    assert [v.owners for v in accepted] == [(), (accepted[0],) if meet else ()]
     left = frame
     for claim in (v.claim for v in accepted):
         expected = finder.voter.judge(left, claim.poses, occlusion=True)

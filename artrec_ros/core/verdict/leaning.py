@@ -33,7 +33,7 @@ class Leaning:
 
     def _share(self, verdict: Verdict) -> float:
         with_all = verdict.probability
-        if not verdict.owners or with_all <= 0:
+        if not verdict.owners or verdict.alone >= with_all:  # what they own takes nothing that speaks against it
             return 1.0
         sure = {v: self._there.get(v, v.probability) * self.share(v) for v in verdict.owners}
         owners = sorted(verdict.owners, key=sure.__getitem__)
@@ -46,13 +46,13 @@ class Leaning:
 
     def _beside(self, verdict: Verdict, owners: Sequence[Verdict]) -> float:
         """How probable an object is where none but these owns pixels."""
+        if not owners:
+            return verdict.alone
         solids = [widened(hull, v.wider_px) for v in owners for hull in v.claim.solids.corners]
         frame = verdict.claim.frame.unowned.unhurried().without(solids)
         verdicts = self._judge.verdicts(verdict.finder, verdict.poses, frame)
-        looks = (
-            [verdicts, *(larger for larger, _, _ in self._judge.swollen(verdicts))] if verdict.wider_px else [verdicts]
-        )
-        return max(float(v.probability[0]) for v in looks)
+        larger = self._judge.swollen(verdicts) if verdict.wider_px else ()
+        return max(float(v.probability[0]) for v in (verdicts, *(swollen for swollen, _, _ in larger)))
 
     def rated(self, detection: Detection, verdict: Verdict) -> Detection:
         """A detection as sure as that."""

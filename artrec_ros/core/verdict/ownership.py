@@ -90,6 +90,7 @@ class _Field:
         ]
         self._swells = [False] * len(self._groups)  # by what most of an image's objects show
         self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
+        self._alone = np.zeros(len(self._boxes))  # how probable each is where nobody owns pixels
 
     def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
@@ -128,6 +129,7 @@ class _Field:
         (verdicts, worth), seen, own = judged, self._seen[g], rows - self._first[g]
         if not self._owners:
             seen.full_px[own], seen.even[own] = verdicts.claims.seen
+            self._alone[rows] = verdicts.probability
         self.worth[rows], self._swollen_px[rows] = worth, 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
@@ -151,6 +153,8 @@ class _Field:
         for verdicts, worth, by_px in larger:
             better = np.flatnonzero(worth > self.worth[rows])
             self.worth[rows[better]], self._swollen_px[rows[better]] = worth[better], by_px
+            if not self._owners:
+                self._alone[rows] = np.maximum(self._alone[rows], verdicts.probability)
             for i in better.tolist():
                 self._last[int(rows[i])] = verdicts, i
 
@@ -180,18 +184,12 @@ class _Field:
 
     def accepted(self, rows: NDArray[np.int64]) -> list[tuple[float, Verdict]]:
         """What some that take their pixels are worth, and verdicts on them that tell whose they were judged without."""
-        before = list(self._taking)
-        met = self._meet(rows, np.array(before, np.int64))
-        verdicts = [
-            replace(
-                self.verdict(row),
-                owners=tuple(self._taking[other] for other, meets in zip(before, mine, strict=True) if meets),
-                wider_px=float(self._swollen_px[row]),
-            )
-            for row, mine in zip(rows.tolist(), met.tolist(), strict=True)
-        ]
-        self._taking.update(zip(rows.tolist(), verdicts, strict=True))
-        return list(zip(self.worth[rows].tolist(), verdicts, strict=True))
+        taking = np.array(list(self._taking), np.int64)
+        for row, met in zip(rows.tolist(), self._meet(rows, taking), strict=True):
+            owners = tuple(self._taking[other] for other in taking[met].tolist())
+            alone, wider_px = float(self._alone[row]), float(self._swollen_px[row])
+            self._taking[row] = replace(self.verdict(row), owners=owners, alone=alone, wider_px=wider_px)
+        return [(float(self.worth[row]), self._taking[row]) for row in rows.tolist()]
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""

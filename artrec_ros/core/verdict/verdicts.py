@@ -91,13 +91,14 @@ class Verdicts:
 class Verdict:
     """What is confirmed of one of them.
 
-    :param owners: objects whose pixels said nothing of it. :param wider_px: how much larger than they are its markers
-        look, pixels.
+    :param owners: objects whose pixels said nothing of it. :param alone: its probability if nobody owned any.
+    :param wider_px: how much larger than they are its markers look, pixels.
     """
 
     among: Verdicts
     row: int
     owners: tuple[Verdict, ...] = ()
+    alone: float = 1.0
     wider_px: float = 0.0
 
     @cached_property

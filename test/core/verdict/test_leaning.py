@@ -71,6 +71,7 @@ class Judged:
 
     def __init__(self, probability, *owners, beside=None):
         self.probability, self.owners, self.wider_px, self.beside = probability, owners, 0.0, beside or {}
+        self.alone = self.beside.get(of(), probability)
         self.finder, self.poses, self.claim = self, self, self
         self.solids = SimpleNamespace(corners=[self])
         self.frame = self.unowned = self

@@ -13,10 +13,9 @@ def pose_numbers(*, facing: bool) -> int:
     return 4 if facing else 6
 
 
-def numbers_told(surface: SpatialModel, *, facing: bool) -> NDArray[np.int64]:
-    """(C,) how many the marker of each component tells of its pose: all, of what is round, which may be turned in any
-    way, its place and, in space, how far off it is."""
-    of_round, of_others = (2, 3) if facing else (3, 6)
+def numbers_told(surface: SpatialModel, of_round: int, of_others: int) -> NDArray[np.int64]:
+    """(C,) how many the marker of each component tells: of what is round, which may be turned in any way, and of all
+    else."""
     discs = np.array([all(m.disc_radius is not None for m in c.markers) for c in surface.model.components])
     is_round = discs | np.isin(np.arange(len(discs)), sorted(surface.sides.balls))
     return np.where(is_round, of_round, of_others)

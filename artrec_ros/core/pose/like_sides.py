@@ -110,7 +110,8 @@ def _sides(surface: SpatialModel) -> Iterator[_Side]:
     kept, size, layout = np.zeros((0, 3, 4)), min(m.marker.area for m in every) ** 0.5, Layout(every)
     other_way = normals @ normals.T <= _SAME_WAY  # of a flat object none: there is nothing to try
     for mine, there in ((every[i], every[j]) for i, j in np.argwhere(other_way).tolist()):
-        turns = turns_on(mine, there, every) if mine.labels == there.labels else []
+        if mine.labels != there.labels or not (turns := turns_on(mine, there, every)):
+            continue
         R, t = moves_onto(mine, there, turns)
         each = layout.alike(R, t)
         on, seen = each.any(axis=1), normals @ there.whole.rotation[:, 2] > _IN_VIEW

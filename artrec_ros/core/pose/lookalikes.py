@@ -99,7 +99,8 @@ def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]
     led, own = {surface.root}, Layout(markers)
     whole = own if len(markers) == len(every) else Layout(every)
     for mine, there in pairs:
-        turns = turns_on(mine, there, markers)
+        if not (turns := turns_on(mine, there, markers)):
+            continue
         R, t = moves_onto(mine, there, turns)
         covered = own.alike(R, t).any(axis=2).sum(axis=1)
         covered_of_all = covered if whole is own else whole.alike(R, t).any(axis=2).sum(axis=1)

@@ -11,11 +11,15 @@ from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.surface_model import SpatialModel
 from .alike_kernels import Alike, times_of_all
 
+# Its place, for how far off one of several like dots is the others say as well; and a whole pose. With three of what is
+# round, as at rest, where its size counts, the model is a little worse
+_OF_ROUND, _OF_OTHERS = 2, 6
+
 
 def alike_of(surface: SpatialModel, config: VerdictConfig, *, facing: bool) -> Alike:
     """For compiled code. What faces the camera is judged by what chance makes of an image's blobs (`chance.py`)."""
     share, power, per_number = config.mixed_up
-    numbers, free = numbers_told(surface, facing=facing), pose_numbers(facing=facing)
+    numbers, free = numbers_told(surface, _OF_ROUND, _OF_OTHERS), pose_numbers(facing=facing)
     like = _look_alike(surface, config.left_over_ratio)
     return Alike(numbers.astype(float), float(free), like, 0.0 if facing else share, power, per_number)
 

@@ -34,8 +34,8 @@ class Alike(NamedTuple):
 @lean
 def freedom(chain: Chain, by: Alike, confirmed: Any) -> tuple[float, float]:
     """`Evidence.spare` and `Evidence.distinct` of a claim of which some components (C,) are confirmed: of one alone
-    curves say how often it is there. Those that fix a pose and its joints may be laid in any way, then the others have
-    their places."""
+    curves say how often it is there. As many as fix a pose may be laid in any way, then the others have their
+    places."""
     told, ways, count, n_c = 0.0, 0.0, 0, len(confirmed)
     for c in range(n_c):
         if confirmed[c]:
@@ -43,15 +43,15 @@ def freedom(chain: Chain, by: Alike, confirmed: Any) -> tuple[float, float]:
             for d in range(n_c):
                 like += by.like[c, d] and not (d < c and confirmed[d])
             count, told, ways = count + 1, told + by.numbers[c], ways + math.log(like)
-    free = by.free
+    spare = told - by.free
     for j in range(len(chain.moves)):
         moved, still = False, False
         for c in range(n_c):
             if confirmed[c]:
                 moved, still = moved or chain.moves[j, c], still or not chain.moves[j, c]
         if moved and still:
-            free += 1.0
-    return told - free, -ways * min(free / told, 1.0) if count > 1 else 0.0
+            spare -= 1.0
+    return spare, -ways * min(by.free / told, 1.0) if count > 1 else 0.0
 
 
 @lean

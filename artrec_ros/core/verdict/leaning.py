@@ -3,20 +3,23 @@
 What an object explains says nothing of those judged after it, as if it were known to be there. Where it is not,
 its pixels speak for them, or against them: beside a boiler at .44 a strip of it that was left made a peg at .87, of
 which nothing is left where the strip is seen to go on. So each object is as probable as it is with the owners of pixels
-that it looks at, as far as they are there, and without those that are not (total probability). Of several the surest
-are there as long as any is: who is half hidden by a sure one is not doubtful for what else lies near.
+that it looks at, as far as they are there, and without those that are not (total probability). Of several, those that
+are surer are there as long as any is: who is half hidden by a sure one is not doubtful for what else lies near.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from itertools import pairwise
+
+import numpy as np
 
 from ..model.found import Detection
 from .claims import widened
 from .judge import Judge
 from .verdicts import Verdict
+
+_LEAST = 0.01  # by which owners' probabilities differ: less is not looked into, each look takes as long as a verdict
 
 
 class Leaning:
@@ -27,27 +30,32 @@ class Leaning:
 
     def share(self, verdict: Verdict) -> float:
         """The share of an object's probability that is left where owners may not be there."""
-        if verdict not in self._shares:
-            self._shares[verdict] = self._share(verdict)
+        waiting = [verdict]  # owners first, and theirs before: in a row of many one leans on the other
+        while waiting:
+            last = waiting.pop()
+            missing = [v for v in last.owners if v not in self._shares]
+            if missing:
+                waiting += [last, *missing]
+            elif last not in self._shares:
+                self._shares[last] = self._share(last)
         return self._shares[verdict]
 
     def _share(self, verdict: Verdict) -> float:
         with_all = verdict.probability
         if not verdict.owners or verdict.alone >= with_all:  # what they own takes nothing that speaks against it
             return 1.0
-        sure = {v: self._there.get(v, v.probability) * self.share(v) for v in verdict.owners}
+        sure = {v: self._there.get(v, v.probability) * self._shares[v] for v in verdict.owners}
         owners = sorted(verdict.owners, key=sure.__getitem__)
-        least, *steps = [*(sure[v] for v in owners), 1.0]
-        out = least * with_all
-        for n, (low, high) in enumerate(pairwise([least, *steps])):
-            if high > low:
-                out += (high - low) * min(self._beside(verdict, owners[n + 1 :]), with_all)
+        steps = np.array([sure[v] for v in owners])
+        first = 1 + int(np.argmax(np.diff(steps))) if steps[-1] - steps[0] > _LEAST else 0  # of those that are surer
+        least, surer = float(steps[0]), float(steps[first])
+        out = least * with_all + (1 - surer) * verdict.alone
+        if surer > least:
+            out += (surer - least) * min(self._beside(verdict, owners[first:]), with_all)
         return out / with_all
 
     def _beside(self, verdict: Verdict, owners: Sequence[Verdict]) -> float:
         """How probable an object is where none but these owns pixels."""
-        if not owners:
-            return verdict.alone
         solids = [widened(hull, v.wider_px) for v in owners for hull in v.claim.solids.corners]
         frame = verdict.claim.frame.unowned.unhurried().without(solids)
         verdicts = self._judge.verdicts(verdict.finder, verdict.poses, frame)

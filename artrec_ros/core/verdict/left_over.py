@@ -86,7 +86,7 @@ class LeftOvers:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, surface = finder, finder.surface
         self._config, self._kin = finder.config, surface.kinematics
-        self._numbers = numbers_told(surface, facing=finder.facing)
+        self._numbers = numbers_told(surface, *((2, 3) if finder.facing else (3, 6)))
         self._of = surface.component[surface.markers]
         self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
         self._reach = _reach(self._kin, self._middle, self._of)

@@ -154,7 +154,7 @@ class Offers:
 
 
 def _behind(verdicts: Sequence[Verdict], detections: Sequence[Detection]) -> list[Verdict]:
-    """The verdict that each detection is about: nothing else is as near to where it came to rest."""
+    """The verdict that each detection with a pose is about: nothing else is as near to where it came to rest."""
     return _nearest(verdicts, [d.pose.position for d in detections if d.pose is not None])
 
 

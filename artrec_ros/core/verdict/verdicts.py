@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -97,7 +97,7 @@ class Verdict:
 
     among: Verdicts
     row: int
-    owners: tuple[Verdict, ...] = ()
+    owners: tuple[Verdict, ...] = field(default=(), repr=False)
     alone: float = 1.0
     wider_px: float = 0.0
 
@@ -214,7 +214,7 @@ class Verdict:
             text.append(f"the outline of {names[root]} {fits}")
         if self.among.times[self.row] > _TIMES:
             ways = np.exp(-self.evidence.distinct)
-            text.append(f"what is confirmed looks like others of its components: {ways:.0f} ways to lay it there")
+            text.append(f"what is confirmed looks like others of its components: some {ways:.2g} ways to lay it there")
         return "; ".join(text)
 
     @property

@@ -123,7 +123,8 @@ def test_each_case_adds_up_its_own_curves(case, seen, name):
     verdict = verdict_of(claim(seen, name=name))
     assert verdict.case == case
     bias, curves = CURVES[case]
-    logit = bias + sum(np.interp(getattr(verdict.evidence, n), *curve) for n, curve in curves.items())
+    logit = bias - np.log(verdict.among.times[verdict.row])
+    logit += sum(np.interp(getattr(verdict.evidence, n), *curve) for n, curve in curves.items())
     assert verdict.probability == pytest.approx(1 / (1 + np.exp(-logit)))
 
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from hands import SIZE, hand, picture, places
-from legs import disc
+from legs import along, disc
 from settings import DEFAULTS, settings
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer
@@ -39,17 +39,28 @@ def painted(target, classes):
     return replace(target, model=ObjectModel(target.model.name, parts))
 
 
-def test_dots_tell_three_numbers_each_less_the_pose_and_the_joints_between_them():
+def test_dots_tell_two_numbers_each_less_the_pose_and_the_joints_between_them():
     spare, ways, _ = of(hand(), *PALM)
-    assert spare == 3 * 3 - 6 and ways == pytest.approx((9 * 8 * 7) ** (6 / 9)), "two of three fix a pose"
+    assert spare == 3 * 2 - 6 and ways == pytest.approx(9 * 8 * 7)
     spare, ways, _ = of(hand(), "p0", "m0", "t2")  # knuckle, knuckle and bend are between them
-    assert spare == 3 * 3 - 6 - 3 and ways == pytest.approx(9 * 8 * 7)
-    assert of(hand(), "m0", "t0")[0] == 2 * 3 - 6 - 1, "a joint that carries both says nothing of either"
+    assert spare == 3 * 2 - 6 - 3 and ways == pytest.approx(9 * 8 * 7)
+    assert of(hand(), "m0", "t0")[0] == 2 * 2 - 6 - 1, "a joint that carries both says nothing of either"
+    spare, ways, _ = of(hand(), *PALM, "m0", "m1")
+    assert spare == 5 * 2 - 6 - 2 and ways == pytest.approx((9 * 8 * 7 * 6 * 5) ** (6 / 10)), "three of five fix a pose"
 
 
 def test_chance_makes_much_of_a_few_dots_and_nothing_of_all_of_them():
     few, palm, all_of_them = (of(hand(), *names)[2] for names in (("p0", "m0", "t2"), PALM, _names()))
     assert few > 2 * palm > 10 and all_of_them < 10  # of odds that are thousands to one
+
+
+def test_more_of_a_chain_of_dots_is_never_believed_less():
+    z, parts = np.array([0.0, 0.0, 1.0]), [Component("c0", (disc(0.0),), required=True)]
+    for n in range(1, 60):
+        parts.append(Component(f"c{n}", (disc(0.5),), joint=Joint(f"c{n - 1}", along(0.5), z, -0.5, 0.5, name=f"j{n}")))
+    chain = Target("chain", ObjectModel("chain", tuple(parts)), 1)
+    each = [of(chain, *(c.name for c in parts[:k]))[2] for k in (3, 5, 10, 20, 40, 60)]
+    assert each == sorted(each, reverse=True) and each[-1] < 1.01
 
 
 def test_all_of_a_large_board_lose_nothing():

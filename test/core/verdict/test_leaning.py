@@ -126,3 +126,16 @@ def test_who_leans_on_a_leaning_one_is_no_surer_than_both_allow():
     second = Judged(0.8, first, beside={of(): 0.0})
     third = Judged(0.9, second, beside={of(): 0.0})
     assert share(third) * 0.9 == pytest.approx(0.5 * 0.8 * 0.9)
+
+
+def test_a_row_of_any_length_is_told():
+    one = Judged(0.9)
+    for _ in range(2000):
+        one = Judged(0.9, one, beside={of(): 0.8})
+    assert 0.8 < share(one) * 0.9 < 0.9
+
+
+def test_of_many_owners_one_look_tells_those_that_are_surer():
+    sure, weak = [Judged(0.99), Judged(0.98)], [Judged(0.5), Judged(0.45)]
+    one = Judged(0.9, *sure, *weak, beside={of(*sure): 0.6, of(): 0.0})
+    assert share(one) * 0.9 == pytest.approx(0.45 * 0.9 + 0.53 * 0.6)

@@ -13,9 +13,12 @@ def pose_numbers(*, facing: bool) -> int:
     return 4 if facing else 6
 
 
-def numbers_told(surface: SpatialModel, of_round: int, of_others: int) -> NDArray[np.int64]:
-    """(C,) how many the marker of each component tells: of what is round, which may be turned in any way, and of all
-    else."""
+def is_round(surface: SpatialModel) -> NDArray[np.bool_]:
+    """(C,) components that show nothing but discs, or are balls: no picture tells which way they are turned."""
     discs = np.array([all(m.disc_radius is not None for m in c.markers) for c in surface.model.components])
-    is_round = discs | np.isin(np.arange(len(discs)), sorted(surface.sides.balls))
-    return np.where(is_round, of_round, of_others)
+    return discs | np.isin(np.arange(len(discs)), sorted(surface.sides.balls))
+
+
+def numbers_told(surface: SpatialModel, of_round: int, of_others: int) -> NDArray[np.int64]:
+    """(C,) how many the marker of each component tells: of what is round, and of all else."""
+    return np.where(is_round(surface), of_round, of_others)

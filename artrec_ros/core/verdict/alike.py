@@ -1,4 +1,4 @@
-"""Which components of an object look like one another, and what that takes from what they say."""
+"""Which components of an object look like one another, and what that takes from what they say of an object in space."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from ..base.config import VerdictConfig
 from ..geometry.transforms import Array
-from ..pose.freedom import numbers_told, pose_numbers
+from ..pose.freedom import is_round, numbers_told, pose_numbers
 from ..pose.surface_model import SpatialModel
 from .alike_kernels import Alike, times_of_all
 
@@ -25,12 +25,14 @@ def alike_of(surface: SpatialModel, config: VerdictConfig, *, facing: bool) -> A
 
 
 def _look_alike(surface: SpatialModel, ratio: float) -> NDArray[np.bool_]:
-    """(C, C) components with markers of a class that both may have, of which none is so many times larger than the
-    other's."""
+    """(C, C) round components of a class that both may have, of which none is so many times larger than the other, and
+    each with itself: of what is not round its outline tells, too, which one it is not, and curves how well it fits."""
     size, bears = np.log(surface.sides.blobs[1][surface.markers]), surface.may_show.astype(int)
     of = surface.of_component[surface.markers]  # (M, C)
     as_large = of.T @ (np.abs(size[:, None] - size) <= np.log(ratio)) @ of
-    return np.asarray((as_large > 0) & (bears @ bears.T > 0))
+    discs = is_round(surface)
+    like = (as_large > 0) & (bears @ bears.T > 0) & discs[:, None] & discs
+    return np.asarray(like | np.eye(len(like), dtype=bool))
 
 
 def times(spare: Array, distinct: Array, by: Alike) -> Array:

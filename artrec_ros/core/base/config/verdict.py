@@ -242,10 +242,10 @@ class VerdictConfig(Room):
         "there and was told is told still. The number is an upper bound: places overlap",
     )
     mixed_up: tuple[float, ...] = param(
-        (2.86, 0.26, 0.31),
-        "how many times as easily chance bears out an object in space because its components look alike, more than "
-        "once: so much, times the number of other ways to lay what is confirmed to this power, less this logarithm for "
-        "each number that it tells more than the pose and its joints have",
+        (2.8, 0.25, 0.35),
+        "how many times as easily chance bears out an object in space because round components of it look alike, more "
+        "than once: so much, times the number of other ways to lay what is confirmed to this power, less this logarithm "
+        "for each number that it tells more than the pose and its joints have",
         low=0.001,
         high=100,
         length=3,

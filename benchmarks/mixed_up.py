@@ -1,10 +1,10 @@
 """Is an object in space there as often as its score says, where its components look like one another?
 
-Fits `expert.verdict.mixed_up` on even-numbered worlds, of which a third has objects of dots (`random_dots.py`), a sixth
-patterns (`random_patterns.py`), and the others any (`random_solids.py`), with strays in two fifths of the scenes; and
-tells of odd ones how often objects are there by the scores as they would be without it, and with it.
+Fits `expert.verdict.mixed_up` on even-numbered worlds of objects of dots (`random_dots.py`) and, a fifth of them, of
+patterns (`random_patterns.py`) and any others (`random_solids.py`), with strays in two fifths of the scenes; and tells
+of odd ones how often objects are there by the scores as they would be without it, and with it.
 
-python benchmarks/mixed_up.py --save found.npz [--first 0] [--worlds 300] [--scenes 12]
+python benchmarks/mixed_up.py --save found.npz [--first 0] [--worlds 200] [--scenes 10]
 python benchmarks/mixed_up.py --load found.npz [more.npz ...]
 """
 
@@ -32,7 +32,7 @@ from artrec_ros.simulation.simulator import SimulatedFrame
 
 KINDS = ANY, DOTS, PATTERNS = range(3)
 NAMES = ("any objects", "dots", "patterns")
-EVERY, PATTERNED = 3, (2, 9)  # every third world has dots, two in twelve of the rest patterns
+UNDOTTED, PATTERNED = 5, 15  # every such world has none, and of these every such one a pattern
 COLUMNS = "world", "kind", "logit", "spare", "distinct", "right"
 START = 1.0, 0.3, 0.3
 LEAST, MOST = 1e-3, 100.0  # of each parameter
@@ -54,11 +54,11 @@ def watch(first: int, worlds: int, scenes: int) -> Array:
 
 def _world(number: int, scenes: int) -> tuple[int, World, Iterator[SimulatedFrame]]:
     """Which kind it is of, its objects, and scenes."""
-    if number % EVERY == 1:
+    if number % UNDOTTED:
         world = dotted_world(number)
         return DOTS, world, random_frames(world, number, scenes)
-    if number % 12 in PATTERNED:
-        pattern = random_pattern(number // 3)
+    if number % PATTERNED == 0:
+        pattern = random_pattern(number // PATTERNED)
         return PATTERNS, World((pattern.target,), ()), pattern_frames(pattern, number, scenes)
     world = random_world(number)
     return ANY, world, random_frames(world, number, scenes)
@@ -87,7 +87,7 @@ def fitted(rows: Mapping[str, Array]) -> Array:
 
 
 def main() -> None:
-    rows = rows_of(__doc__, COLUMNS, watch, 300, 12)
+    rows = rows_of(__doc__, COLUMNS, watch, 200, 10)
     even = rows["world"] % 2 == 0
     by = fitted({name: column[even] for name, column in rows.items()})
     print(f"mixed_up ({', '.join(f'{value:.2f}' for value in by)}) of {even.sum()} claims")

@@ -114,7 +114,8 @@ def _sides(surface: SpatialModel) -> Iterator[_Side]:
             continue
         R, t = moves_onto(mine, there, turns)
         each = layout.alike(R, t)
-        on, seen = each.any(axis=1), normals @ there.whole.rotation[:, 2] > _IN_VIEW
+        on: NDArray[np.bool_] = np.asarray(each.any(axis=1))
+        seen = normals @ there.whole.rotation[:, 2] > _IN_VIEW
         on_it = on & seen
         is_side = on_it.sum(axis=1) >= max(_SHARE * seen.sum(), min(2, seen.sum()))
         for n in np.flatnonzero(is_side & ~on.all(axis=1)).tolist():  # all on all: the same to the eye

@@ -244,8 +244,8 @@ class VerdictConfig(Room):
     mixed_up: tuple[float, ...] = param(
         (2.8, 0.25, 0.35),
         "how many times as easily chance bears out an object in space because round components of it look alike, more "
-        "than once: so much, times the number of other ways to lay what is confirmed to this power, less this logarithm "
-        "for each number that it tells more than the pose and its joints have",
+        "than once: so much, times the number of other ways to lay what is confirmed to this power, less this "
+        "logarithm for each number that it tells more than the pose and its joints have",
         low=0.001,
         high=100,
         length=3,

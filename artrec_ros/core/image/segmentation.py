@@ -225,7 +225,7 @@ def _require_colour(image: NDArray, kind: str) -> None:
     if image.ndim != 3 or image.shape[2] != 3 or image.dtype != np.uint8:
         raise ImageError(
             f"image.kind '{kind}' needs a colour image (bgr8, rgb8, bgra8, rgba8), got {_kind(image)}; "
-            "set image.kind to labels for images of class numbers"
+            "set image.kind to labels for images of class numbers; of a grey camera give three equal channels"
         )
 
 

@@ -25,8 +25,7 @@ from scipy.special import expit, logit
 from tqdm import tqdm
 
 from artrec_ros.core.geometry.transforms import Array
-from artrec_ros.core.verdict.alike import times
-from artrec_ros.core.verdict.alike_kernels import Alike
+from artrec_ros.core.verdict.alike_kernels import Alike, times_mixed_up
 from artrec_ros.core.verdict.verdicts import Verdict
 from artrec_ros.simulation.simulator import SimulatedFrame
 
@@ -73,7 +72,8 @@ def _undone(verdict: Verdict) -> float:
 def scored(rows: Mapping[str, Array], by: Array) -> Array:
     """(n,) as told with these parameters."""
     model = Alike(np.zeros(0), 0.0, np.zeros((0, 0), bool), *by.tolist())
-    return np.asarray(expit(rows["logit"] - np.log(times(rows["spare"], rows["distinct"], model))))
+    each = zip(rows["spare"].tolist(), rows["distinct"].tolist(), strict=True)
+    return np.asarray(expit(rows["logit"] - np.log([times_mixed_up(model, *one) for one in each])))
 
 
 def fitted(rows: Mapping[str, Array]) -> Array:

@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import VerdictConfig
-from ..geometry.transforms import Array
 from ..pose.freedom import is_round, numbers_told, pose_numbers
 from ..pose.surface_model import SpatialModel
-from .alike_kernels import Alike, times_of_all
+from .alike_kernels import Alike
 
 # Its place, for how far off one of several like dots is the others say as well; and a whole pose. With three of what is
 # round, as at rest, where its size counts, the model is a little worse
@@ -33,10 +32,3 @@ def _look_alike(surface: SpatialModel, ratio: float) -> NDArray[np.bool_]:
     discs = is_round(surface)
     like = (as_large > 0) & (bears @ bears.T > 0) & discs[:, None] & discs
     return np.asarray(like | np.eye(len(like), dtype=bool))
-
-
-def times(spare: Array, distinct: Array, by: Alike) -> Array:
-    """(n,) `alike_kernels.times_mixed_up` of what `Evidence` says of claims (n,)."""
-    out = np.empty(len(spare))
-    times_of_all(by, spare, distinct, out)
-    return out

@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from ..base.jit import jit, lean
+from ..base.jit import lean
 from ..model.chain_kernels import Chain
 
 _MOST = 50.0  # logarithm of how many times: nothing is left of an object then
@@ -61,10 +61,3 @@ def times_mixed_up(by: Alike, spare: float, distinct: float) -> float:
         return 1.0
     others = math.log(-math.expm1(distinct)) - distinct
     return 1.0 + math.exp(min(math.log(by.share) + by.power * others - by.per_number * spare, _MOST))
-
-
-@jit
-def times_of_all(by: Alike, spare: Any, distinct: Any, out: Any) -> None:
-    """Fill `out` (n,) with those of claims with this evidence (n,)."""
-    for n in range(len(out)):
-        out[n] = times_mixed_up(by, spare[n], distinct[n])

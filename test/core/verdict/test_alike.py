@@ -16,8 +16,8 @@ from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict.alike import alike_of, times
-from artrec_ros.core.verdict.alike_kernels import freedom
+from artrec_ros.core.verdict.alike import alike_of
+from artrec_ros.core.verdict.alike_kernels import freedom, times_mixed_up
 from artrec_ros.simulation.simulator import pinhole_camera
 
 CAMERA = pinhole_camera(SIZE, 56.14)
@@ -30,7 +30,7 @@ def of(target, *names, facing=False):
     by = alike_of(surface, DEFAULTS.verdict, facing=facing)
     confirmed = np.array([c.name in names for c in target.model.components])
     spare, distinct = freedom(surface.kinematics.chain, by, confirmed)
-    return spare, math.exp(-distinct), float(times(np.array([spare]), np.array([distinct]), by)[0])
+    return spare, math.exp(-distinct), times_mixed_up(by, spare, distinct)
 
 
 def painted(target, classes):

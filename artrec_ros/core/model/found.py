@@ -105,7 +105,7 @@ class ImagePose:
 
 @dataclass(frozen=True)
 class OtherPlace:
-    """Where else in the image an object found flat may lie: what of it is seen looks there like other parts of it.
+    """Where else in the image an object may lie: what of it is seen looks there like other parts of it.
 
     :param image: of its required component. :param probability: 0..1, that it is there; others may be as likely.
     :param told: what is told where it lies there; None where that is not known, or there are more such places.
@@ -248,7 +248,7 @@ class Detection:
     def may_be_elsewhere(self) -> bool:
         """Whether `there` is the less for what is seen may be other parts of it, laid elsewhere. Of a lone part, about
         which it turns, `as_told` counts that."""
-        return self.other_place is not None and len(self.components) > 1
+        return self.other_place is not None and (len(self.components) > 1 or self.as_told == 1)
 
     @property
     def is_in_doubt(self) -> bool:

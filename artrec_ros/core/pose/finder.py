@@ -24,6 +24,7 @@ from .climber import Climb, Climber
 from .distinct import apart
 from .exchanges import Exchanges
 from .hidden_ends import HiddenEnds
+from .laid_alike import LaidAlike
 from .like_sides import LikeSides
 from .lookalikes import Lookalikes
 from .other_joints import OtherJoints
@@ -73,6 +74,7 @@ class WholeObjectFinder:
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.exchanges = Exchanges(self.surface) if facing else None
         self.seen_alike = SeenAlike(self.surface) if facing else None
+        self.laid_alike = None if facing else LaidAlike(self.surface)
         self.required = RequiredPlace(target.model, self.surface)
         self.upright = Upright(self.required, facing=facing)
         self.tilts = None if facing else Tilts(self.surface, self.required)

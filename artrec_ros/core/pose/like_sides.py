@@ -14,7 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose
-from .lookalikes import Layout, moves_onto, placed_markers, turns_on
+from .layout import Layout, moves_onto, placed_markers
+from .lookalikes import turns_on
 from .poses import Poses
 from .required_place import mirrored_about
 from .surface_model import SpatialModel

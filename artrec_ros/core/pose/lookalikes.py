@@ -6,23 +6,21 @@ worth no more than what is known of these rivals: they are few, known ahead, and
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from ..geometry.polygons import distance_to_outline
-from ..geometry.transforms import Array, Pose, rotation_from_rotvec
+from ..geometry.transforms import Pose, rotation_from_rotvec
 from ..model.marker import Marker
 from ..model.same_turns import Looks
 from ..model.surface import sample_contour
+from .layout import NEAR, Layout, Placed, moves_onto, placed_markers
 from .poses import Poses
 from .surface_model import SpatialModel
 
 _TURNS = 2 * np.pi * np.arange(144) / 144  # that are looked at: 2.5 degrees apart
 _SAMPLES = 48  # of an outline
 _ALIKE = 0.08  # outlines that differ by less are taken for one another: rms, as a share of the root of their area
-_NEAR = 0.25  # markers whose centres are nearer cover one another, as a share of the same
+ALIKE_TURN = 0.05  # radians, a step of these: turns that differ by less are one
 _ROUND = 9  # turns that lay a marker onto itself: of one that has so many an outline tells no turn at all
 _SHARE = 1 / 3  # of a rigid object's markers that a lookalike must have where it has some; others are no rivals
 
@@ -61,20 +59,6 @@ class Lookalikes:
         R = R_there @ R_object[:, None]
         t = np.einsum("hkij,hj->hki", R_there, t_object) + t_there
         return Poses(R.reshape(-1, 3, 3), t.reshape(-1, 3), np.repeat(poses.q, len(self), axis=0))
-
-
-class Placed(NamedTuple):
-    """A marker.
-
-    :param labels: classes that it may have.
-    :param inside: its frame at its centroid in its component's frame; whole: in the object's, joints mid-range.
-    """
-
-    component: int
-    marker: Marker
-    labels: tuple[int, ...]
-    inside: Pose
-    whole: Pose
 
 
 def _placements(surface: SpatialModel) -> tuple[list[tuple[int, Pose]], set[int]]:
@@ -153,17 +137,6 @@ def _key(moved: Pose, marker: Marker) -> tuple[float, ...]:
     return tuple(np.rint(np.append(moved.rotation[:, :2].ravel(), moved.position / marker.area**0.5) * 20))
 
 
-def placed_markers(surface: SpatialModel) -> list[Placed]:
-    kin, out = surface.kinematics, []
-    frames = kin.in_object(kin.middle[None])
-    for c, component in enumerate(surface.model.components):
-        for marker in component.markers:
-            inside = middle_of(marker)
-            whole = Pose(frames.R[0, c], frames.t[0, c]) @ inside
-            out.append(Placed(c, marker, surface.labels[c], inside, whole))
-    return out
-
-
 def _of_the_required_class(surface: SpatialModel, markers: list[Placed]) -> list[Placed]:
     return [m for m in markers if m.labels == surface.labels[surface.root]]
 
@@ -176,36 +149,9 @@ def turns_on(mine: Placed, there: Placed, markers: list[Placed]) -> list[float]:
     return [turn for turn in turns if there is not mine or np.cos(turn) < 1 - 1e-6]
 
 
-def moves_onto(mine: Placed, there: Placed, turns: list[float]) -> tuple[Array, Array]:
-    """(K, 3, 3), (K, 3) how a rigid object moves, in its own frame, with one of its markers put in another one's place,
-    turned so."""
-    in_place = rotation_from_rotvec(np.outer(turns, [0.0, 0.0, 1.0]))
-    R = there.whole.rotation @ in_place @ mine.whole.rotation.T
-    return R, there.whole.position - R @ mine.whole.position
-
-
 def _turned(angle: float) -> Pose:
     """A marker in its own frame."""
     return Pose(rotation_from_rotvec([0.0, 0.0, angle]), np.zeros(3))
-
-
-class Layout:
-    """Where markers of a rigid object lie, to be compared with themselves when it is moved in its own frame."""
-
-    def __init__(self, markers: list[Placed]) -> None:
-        self._at = np.array([m.whole.position for m in markers])
-        self._normal = np.array([m.whole.rotation[:, 2] for m in markers])
-        self._size = np.array([m.marker.area**0.5 for m in markers])
-        numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
-        of = np.array([numbers[m.labels] for m in markers])
-        self._same = (np.abs(np.log(self._size[:, None] / self._size)) < _ALIKE) & (of[:, None] == of)
-
-    def alike(self, R: Array, t: Array) -> NDArray[np.bool_]:
-        """(K, M, M) which markers lie on which, of their size and class. :param R, t: (K, 3, 3), (K, 3) moves."""
-        there = self._at @ np.swapaxes(R, 1, 2) + t[:, None]
-        off = (there**2).sum(axis=2)[:, :, None] + (self._at**2).sum(axis=1) - 2 * there @ self._at.T
-        near = self._same & (off < (_NEAR * self._size) ** 2)
-        return np.asarray(near & (self._normal @ np.swapaxes(R, 1, 2) @ self._normal.T > 0.9))
 
 
 def _turns_of_discs(mine: Placed, there: Placed, markers: list[Placed]) -> list[float]:
@@ -216,18 +162,12 @@ def _turns_of_discs(mine: Placed, there: Placed, markers: list[Placed]) -> list[
         others = np.array([m.whole.position for m in markers if m is not at]).reshape(-1, 3)
         polar.append(at.whole.inverse().apply(others)[:, :2] @ np.array([1, 1j]))
     first, second = polar[0], polar[1][:, None]
-    same = np.abs(np.abs(second) - np.abs(first)) < _NEAR * mine.marker.area**0.5
+    same = np.abs(np.abs(second) - np.abs(first)) < NEAR * mine.marker.area**0.5
     turns = np.angle((second * first.conj())[same])
     cells, cell, count = np.unique(np.rint(100 * turns), return_inverse=True, return_counts=True)
     mean = np.bincount(cell, turns, len(cells)) / count
     best = {round(float(mean[n]), 1): float(mean[n]) for n in np.argsort(count, kind="stable").tolist()}
     return sorted(best.values())
-
-
-def middle_of(marker: Marker) -> Pose:
-    """A marker's frame at its centroid, in its component's."""
-    assert marker.T_component_marker is not None  # the model is spatial
-    return marker.T_component_marker @ Pose(np.eye(3), np.append(marker.centroid, 0.0))
 
 
 def turns_alike(mine: Marker, there: Marker) -> list[float]:

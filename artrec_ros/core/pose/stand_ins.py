@@ -15,7 +15,8 @@ from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from ..model.marker import Marker
 from ..model.surface import Patch
-from .lookalikes import middle_of, turns_alike
+from .layout import middle_of
+from .lookalikes import turns_alike
 from .poses import Poses
 from .surface_model import SpatialModel
 

@@ -15,6 +15,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
+from ..pose.laid_otherwise import LaidOtherwise, likelier_laid
 from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns
@@ -31,6 +32,7 @@ class AtRest(NamedTuple):
     :ivar frames: what of the image each is looked for in: without what nearer ones hide. :ivar used: (H, M) markers
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
+    :ivar laid: how else they may be laid by what is seen of them.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
     :ivar drawn: where each of several would come to rest if what nearer ones hide were its own: what they leave of
         their rims may be drawn onto them.
@@ -42,6 +44,7 @@ class AtRest(NamedTuple):
     used: NDArray[np.bool_]
     others: Sequence[OtherTurn | None]
     elsewhere: Sequence[OtherTurn | None]
+    laid: Sequence[LaidOtherwise | None]
     bends: Array
     drawn: Poses
 
@@ -49,8 +52,8 @@ class AtRest(NamedTuple):
         """Some of them."""
         verdicts, frames = [self.verdicts[n] for n in rows], [self.frames[n] for n in rows]
         others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
-        sure = self.poses[rows], self.used[rows]
-        return AtRest(verdicts, frames, *sure, others, elsewhere, self.bends[rows], self.drawn[rows])
+        sure, laid = (self.poses[rows], self.used[rows]), [self.laid[n] for n in rows]
+        return AtRest(verdicts, frames, *sure, others, elsewhere, laid, self.bends[rows], self.drawn[rows])
 
     def covariances(self, finder: WholeObjectFinder) -> Array:
         """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
@@ -80,8 +83,8 @@ def at_rest(
     ]
     if len(parts) == 1:
         return parts[0]
-    judged, looks, poses, used, others, elsewhere, bends, drawn = map(list, zip(*parts, strict=True))
-    told = list(chain(*others)), list(chain(*elsewhere))
+    judged, looks, poses, used, others, elsewhere, laid, bends, drawn = map(list, zip(*parts, strict=True))
+    told = list(chain(*others)), list(chain(*elsewhere)), list(chain(*laid))
     rest = Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends), Poses.concatenate(drawn)
     order = np.argsort(list(chain(*(rows for rows, _, _ in groups))))
     return AtRest(list(chain(*judged)), list(chain(*looks)), *rest).of(order.tolist())
@@ -99,18 +102,19 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     poses = finder.rest.at_rest(frame, candidates(verdicts), used)
     if finder.facing:
         none = [None] * len(poses)
-        return AtRest(verdicts, frames, poses, used, none, none, np.zeros(poses.q.shape), poses)
+        return AtRest(verdicts, frames, poses, used, none, none, none, np.zeros(poses.q.shape), poses)
     first = poses
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     finder.voter.keep(frame, poses)
-    bent, more = likelier_bends(finder, hurried, poses)
+    lie, laid = likelier_laid(finder, hurried, poses, used)
+    bent, more = likelier_bends(finder, hurried, lie)
     likelier, others = likelier_turns(finder, frame, bent)
     moved = _moved(poses, likelier)
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.voter.supports(frame, likelier[moved])
-    rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, more, likelier)
+    rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, laid, more, likelier)
     return _judged_anew(finder, rest, first, _moved(first, likelier).tolist())
 
 
@@ -136,14 +140,16 @@ def _judged_anew(finder: WholeObjectFinder, rest: AtRest, first: Poses, moved: l
     others, elsewhere = (
         [None if n in back else other for n, other in enumerate(column)] for column in (rest.others, rest.elsewhere)
     )
-    return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, bends, poses)
+    laid = [None if n in back else other for n, other in enumerate(rest.laid)]
+    return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, poses)
 
 
 def _moved(poses: Poses, likelier: Poses) -> NDArray[np.int64]:
-    """Which are turned or bent otherwise."""
+    """Which are laid, turned or bent otherwise."""
     if likelier is poses:
         return np.zeros(0, np.int64)
-    return np.flatnonzero((likelier.q != poses.q).any(axis=1) | (likelier.R != poses.R).any(axis=(1, 2)))
+    elsewhere = (likelier.q != poses.q).any(axis=1) | (likelier.t != poses.t).any(axis=1)
+    return np.flatnonzero(elsewhere | (likelier.R != poses.R).any(axis=(1, 2)))
 
 
 def _drawn_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence[Verdict]) -> Poses:

@@ -25,7 +25,7 @@ from .in_view import Part, Parts, PartsInView, Shows
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
-from .other_places import beside_other_places
+from .other_places import beside_laid_otherwise, beside_other_places
 from .otherwise import as_it_lies, bent_otherwise, otherwise
 from .parts import part_probabilities
 from .verdicts import Verdict
@@ -116,6 +116,10 @@ class Describer:
         ways = self._other_ways.of(shows, poses, seen, rest.used)
         each = zip(detections, rest.elsewhere, rest.others, ways, strict=True)
         detections = [otherwise(*one) for one in each]
+        beside = zip(detections, rest.laid, strict=True)
+        detections = [
+            beside_laid_otherwise(finder, frame.camera, poses[n : n + 1], laid, d) for n, (d, laid) in enumerate(beside)
+        ]
         bends = self._along_joints.of(shows, poses, seen)
         detections = [bent_otherwise(d, bent) for d, bent in zip(detections, bends, strict=True)]
         detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]

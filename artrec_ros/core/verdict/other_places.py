@@ -1,4 +1,4 @@
-"""How sure the places are of flat objects whose seen parts look like other parts of them, laid otherwise."""
+"""How sure the places are of objects whose seen parts look like other parts of them, laid otherwise."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ from ..geometry.transforms import Array, Pose
 from ..model.found import Detection, ImagePose, Instance, OtherPlace
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
+from ..pose.laid_otherwise import LaidOtherwise
 from ..pose.other_layouts import Layouts
 from ..pose.poses import Poses
 from ..pose.surface_model import SpatialModel
@@ -25,37 +26,48 @@ def beside_other_places(
     names: Sequence[int | None],
     detections: Sequence[Detection],
 ) -> list[Detection]:
-    """H detections, whose scores count how probable each is among its layouts, with the likeliest other one beside it;
-    a component's score counts all those that leave it where it is. Who is turned about a lone component is where it is
-    seen, whichever way: that share is one of `as_told`.
-
-    :param names: of each its identity; None: of any.
-    """
-    surface, shares, h = finder.surface, layouts.shares(names), len(detections)
-    places = _places(surface, camera, layouts.poses)
-    off_px = np.linalg.norm(places[h:, :, :2] - places[layouts.of, :, :2], axis=2)
-    same = off_px < OFF * (np.sqrt(surface.area[surface.markers]) * places[layouts.of, :, 3])
-    stays = np.repeat(shares[:h, None], places.shape[1], axis=1)
-    np.add.at(stays, layouts.of, same * shares[h:, None])
-    out = list(detections)
+    """H detections found flat, each beside its layouts by what is seen. :param names: of each its identity; None: of
+    any."""
+    shares, h, out = layouts.shares(names), len(detections), list(detections)
     for n in sorted(set(layouts.of[layouts.by_seen].tolist())):
-        d, others = detections[n], h + np.flatnonzero(layouts.of == n)
-        parts = tuple(replace(c, score=c.score * float(stays[n, _row(surface, c)])) for c in d.components)
-        best, told = int(others[np.argmax(shares[others])]), float(shares[n])
-        lies = _laid(finder, d, places[best])
-        place = OtherPlace(lies, float(shares[best]))
-        if len(others) == 1 == len(d.components):
-            pose = layouts.poses[best : best + 1]
-            place = replace(place, told=_turned_there(finder, d, lies, places[best], pose, camera))
-        likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
-        out[n] = replace(
-            d,
-            score=d.score * told,
-            as_told=d.as_told * (told if len(d.components) == 1 else 1.0),  # about a lone one it turns: that is there
-            components=parts,
-            other_place=place if likely else None,
-        )
+        rows = [n, *(h + np.flatnonzero(layouts.of == n)).tolist()]
+        out[n] = _beside(finder, camera, layouts.poses[rows], shares[rows], out[n])
     return out
+
+
+def beside_laid_otherwise(
+    finder: WholeObjectFinder, camera: Camera, pose: Poses, laid: LaidOtherwise | None, detection: Detection
+) -> Detection:
+    """One that is found in space."""
+    if laid is None:
+        return detection
+    return _beside(finder, camera, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
+
+
+def _beside(finder: WholeObjectFinder, camera: Camera, poses: Poses, shares: Array, d: Detection) -> Detection:
+    """A detection whose score counts how probable it is among its layouts, with the likeliest other one beside it; a
+    component's score counts all those that leave it where it is. What faces the camera and is turned about a lone
+    component is where that is seen, whichever way: that share is one of `as_told`.
+
+    :param poses: the one that is told, and the others. :param shares: probability of each.
+    """
+    surface, places = finder.surface, _places(finder.surface, camera, poses)
+    off_px = np.linalg.norm(places[:, :, :2] - places[0, :, :2], axis=2)
+    stays = shares @ (off_px < OFF * (np.sqrt(surface.area[surface.markers]) * places[0, :, 3]))
+    parts = tuple(replace(c, score=c.score * float(stays[_row(surface, c)])) for c in d.components)
+    best, told, turns = 1 + int(np.argmax(shares[1:])), float(shares[0]), finder.facing and len(d.components) == 1
+    lies = _laid(finder, d, places[best])
+    place = OtherPlace(lies, float(shares[best]))
+    if turns and len(poses) == 2:
+        place = replace(place, told=_turned_there(finder, d, lies, places[best], poses[best : best + 1], camera))
+    likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
+    return replace(
+        d,
+        score=d.score * told,
+        as_told=d.as_told * (told if turns else 1.0),
+        components=parts,
+        other_place=place if likely else None,
+    )
 
 
 def _laid(finder: WholeObjectFinder, detection: Detection, places: Array) -> ImagePose:

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from grids import PITCH, TOWARDS, at, centres, covered, grid
 from settings import DEFAULTS
 from solids import (
     BACKGROUND,
@@ -22,7 +23,6 @@ from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.marker import Marker
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -32,39 +32,10 @@ from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.io.objects.solids import ball_solid
 
 CAMERA = camera_of()
-PITCH = 0.07
-TOWARDS = np.diag([1.0, -1.0, -1.0])  # a plane's frame (x right, y up, z out) in a camera that faces it
-
-
-def grid(columns=3, rows=4, required=(1, 1), outline=None, radius=None):
-    """Equal markers in rows, on a plane; z points out of it."""
-    outline = rectangle(0.05, 0.05) if outline is None else outline
-    parts = []
-    for i in range(columns):
-        for j in range(rows):
-            m = marker("m", outline, np.eye(3), (i * PITCH, j * PITCH, 0))
-            m = Marker("m", m.outline, m.tail, m.head, radius, m.T_component_marker)
-            parts.append(Component(f"s{i}{j}", (m,), required=(i, j) == required))
-    return ObjectModel("grid", tuple(parts))
 
 
 def surface_of(model):
     return SpatialModel(model, RED, DEFAULTS.votes)
-
-
-def at(x=0.0, y=0.0, z=1.0, turn=0.0, tilt=0.0):
-    R = rotation_from_rotvec([0.0, 0.0, turn]) @ rotation_from_rotvec([tilt, 0.0, 0.0]) @ TOWARDS
-    return Poses(R[None], np.array([[x, y, z]]), np.zeros((1, 0)))
-
-
-def centres(model, poses, h=0):
-    points = np.array([c.markers[0].centre for c in model.components])
-    return points @ poses.R[h].T + poses.t[h]
-
-
-def covered(here, there):
-    """How many points have one of the others at their place."""
-    return int((np.linalg.norm(here[:, None] - there, axis=2).min(axis=1) < 1e-6).sum())
 
 
 def test_a_grids_lookalikes_are_all_its_poses_that_share_a_third_of_its_places_and_not_all():

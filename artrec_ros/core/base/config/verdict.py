@@ -204,11 +204,12 @@ class VerdictConfig(Room):
     )
     hidden_share: float = param(
         0.2,
-        "share of a flat object's components that are in the image and not to be seen, for something unknown hides "
-        "them: that one should be seen and is not speaks against its place by no more",
+        "share of an object's components that are in the image and not to be seen, for something unknown hides them: "
+        "that one should be seen and is not speaks against the place of a flat object by no more; in space, where what "
+        "is seen tells a place no better than others, each so, or all together, and then any number as easily",
         low=0.001,
         high=0.5,
-        paths=("facing",),
+        paths=("space", "facing"),
         origin="a film of a tool that a hand takes up: 35 of 158 images show one part of two; all of 27 that were told "
         "by a pose that lays the other part out of the picture were turned by half, at .92 to 1.0",
     )

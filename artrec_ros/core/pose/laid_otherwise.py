@@ -1,0 +1,90 @@
+"""How probable told poses in space are among those that lay like markers on what is seen of them.
+
+Nothing that is seen tells these apart, but where the others would be tells something: what should be in view and is not
+speaks against a pose, what is out of view does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .finder import WholeObjectFinder
+from .poses import PatchScores, Poses
+from .surface_kernels import LEAST_DEPTH_M
+from .turn_evidence import evidence
+
+
+class LaidOtherwise(NamedTuple):
+    """Of one object. :ivar poses: (K,) other ones. :ivar log_odds: (K,) that each is the true one, not the told one."""
+
+    poses: Poses
+    log_odds: Array
+
+    def shares(self) -> Array:
+        """(1 + K,) probabilities of the one that is told, and of these."""
+        worth = np.append(0.0, self.log_odds)
+        return np.asarray(np.exp(worth - np.logaddexp.reduce(worth)))
+
+    def told_as(self, row: int, pose: Poses) -> LaidOtherwise:
+        """Of the object that is told as one of these. :param pose: as it was told."""
+        poses = Poses.concatenate([self.poses[:row], pose, self.poses[row + 1 :]])
+        log_odds = self.log_odds - self.log_odds[row]
+        log_odds[row] = -self.log_odds[row]
+        return LaidOtherwise(poses, log_odds)
+
+
+def likelier_laid(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
+) -> tuple[Poses, Sequence[LaidOtherwise | None]]:
+    """H poses at rest, laid otherwise where that is clearly likelier, and how else each may be laid.
+
+    :param used: (H, M) markers that the labels support.
+    """
+    told, out = [poses[h : h + 1] for h in range(len(poses))], list[LaidOtherwise | None]()
+    for h, pose in enumerate(told):
+        laid = _others(finder, frame, pose, used[h])
+        if laid is not None and laid.log_odds.max() > 0:
+            row = int(np.argmax(laid.log_odds))
+            told[h], laid = laid.poses[row : row + 1], laid.told_as(row, pose)
+        out.append(laid)
+    return Poses.concatenate([poses[:0], *told]) if any(out) else poses, out
+
+
+def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> LaidOtherwise | None:
+    """Those with votes enough; likelier ones but a little are as likely, as mirrored turns are."""
+    if finder.laid_alike is None or frame.deadline.expired:
+        return None
+    others = finder.laid_alike.of(pose, used)
+    both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])
+    if len(both) == 1:
+        return None
+    config, scores = finder.config.verdict, finder.voter.judge(frame, both, occlusion=True)
+    votes, unseen = finder.voter.total(scores), _log_unseen(finder, frame, both, scores)
+    rows = np.append(0, np.flatnonzero(votes[1:] > config.mirrored_votes * votes[0]) + 1)
+    told, both, log_odds = both[rows[:1]], both[rows[1:]], (unseen - unseen[0])[rows[1:]]
+    if not len(both):
+        return None
+    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
+    found = evidence(finder, frame, told[np.zeros(len(both), int)], both)
+    log_odds = log_odds + found.log_odds((0.0, *weights[1:]))  # before anything is known of them they are as likely
+    return LaidOtherwise(both, np.where(log_odds > config.least_turn_odds, log_odds, np.minimum(log_odds, 0.0)))
+
+
+def _log_unseen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Array:
+    """(H,) log probability of what is not to be seen of H poses though it is in the image: something unknown hides each
+    for itself, or all together, and then any number of them as easily."""
+    surface, share, (width, height) = finder.surface, finder.config.verdict.hidden_share, frame.camera.size
+    at = finder.through_middles.places(poses, surface.markers)
+    x, y = project(frame.camera, at.reshape(-1, 3)).reshape(*at.shape[:2], 2).transpose(2, 0, 1)
+    in_view = (scores.area_px[:, surface.marker_columns] > finder.config.min_blob_px) & (at[..., 2] > LEAST_DEPTH_M)
+    in_view &= (x > 0) & (x < width - 1) & (y > 0) & (y < height - 1)
+    count = (in_view & ~finder.voter.supported(scores)).sum(axis=1)
+    together = np.where(count > 0, np.log(share / len(surface.markers)), 0.0)
+    return np.maximum(count * np.log(share), together)

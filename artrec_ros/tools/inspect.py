@@ -11,6 +11,7 @@ from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
 from ..core.ways import FACING, way_of
+from ..io.images.video import VIDEO_SUFFIXES
 from ..io.inventory.contents import (
     MISSING,
     BagContent,
@@ -95,7 +96,8 @@ def describe(item: Item) -> Iterator[str]:
     if isinstance(content, BagContent):
         yield from _bag(head, content)
     elif isinstance(content, Sample):
-        yield f"{head}, {counted(content.count, 'file')}, {_pixels(content)}"
+        each = "frame" if item.path.suffix.lower() in VIDEO_SUFFIXES else "file"
+        yield f"{head}, {counted(content.count, each)}, {_pixels(content)}"
         if content.passed_over:
             yield f"passed over: {content.passed_over}"
     elif isinstance(content, ObjectModel):

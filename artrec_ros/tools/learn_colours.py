@@ -41,7 +41,7 @@ def add_parser(subparsers: argparse._SubParsersAction) -> None:
         "objects' files tell outlines and classes. What is of no class is background. --params-file tells classes' "
         "names and labels of all.",
     )  # fmt: skip
-    p.add_argument("sources", metavar="SOURCE", nargs="*", type=path, help="bag or folder of colour images")
+    p.add_argument("sources", metavar="SOURCE", nargs="*", type=path, help="bag, folder or video of colour images")
     p.add_argument("--topic", help="topic of the colour images (else the only one with three channels)")
     p.add_argument("--label-topic", help="topic of the label images (else the only one with one channel)")
     p.add_argument("--label-images", type=path, metavar="DIR", help="label images named as the colour images, PNG")

@@ -47,7 +47,9 @@ def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
         "replay", help="recognise objects in bags or folders of images", description=__doc__, epilog=_EPILOG
     )
-    p.add_argument("sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1) or folder of images")
+    p.add_argument(
+        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
+    )
     p.add_argument(
         "--params-file", required=True, type=path, action="append",
         help="the node's ROS parameter file; may be given again: later ones go before",

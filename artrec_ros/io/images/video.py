@@ -15,11 +15,6 @@ VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 60.0
 
 
-def frames_of_video(path: Path) -> str:
-    """The end of a message to somebody who gave a video where bags and folders of images are wanted."""
-    return f"take the frames of a video out of it first, as with 'ffmpeg -i {path.name} FOLDER/%06d.png'"
-
-
 class VideoWriter:
     """An MP4 (MPEG-4 part 2) whose rate is that of the first two pictures and whose size is the first one's.
 

@@ -20,7 +20,7 @@ from ..base.yaml_files import like_it, load_value, load_yaml
 from ..images.cameras import load_camera
 from ..images.decoding import IMAGE_SUFFIXES, read_image, size_of_image
 from ..images.folders import images_of, is_lossy, passed_over
-from ..images.video import VIDEO_SUFFIXES, frames_of_video
+from ..images.video import VIDEO_SUFFIXES
 from ..learned.annotations import load_coco
 from ..learned.constraints import FORMAT as CONSTRAINT_FORMAT
 from ..objects.object_reader import FORMAT as OBJECT_FORMAT
@@ -29,6 +29,8 @@ from ..parameters.parameter_file import load_parameters
 from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, read_results
+from ..sources.frames import SourceOptions
+from ..sources.video_source import VideoSource
 from ..truth.records import load_truth
 from .contents import (
     MISSING,
@@ -87,9 +89,10 @@ def _look(path: Path, more: Sequence[Path], images_folder: Path | None) -> Itera
 def _known_kind(path: Path) -> bool:
     if path.is_dir():
         return _is_bag(path)
-    return path.suffix in (*_YAML, ".json", ".jsonl", ".svg", ".urdf", *BAG_SUFFIXES) and path.name not in _OTHERS
+    return path.suffix.lower() in _KNOWN and path.name not in _OTHERS
 
 
+_KNOWN = (*_YAML, ".json", ".jsonl", ".svg", ".urdf", *BAG_SUFFIXES, *VIDEO_SUFFIXES)
 _OTHERS = ("metadata.yaml", JOURNAL_FILE)
 
 
@@ -117,8 +120,9 @@ def _reader(path: Path, more: Sequence[Path], images_folder: Path | None) -> tup
         return ("results", _read_results) if path.name == DETECTIONS_FILE else ("truth", _read_truth)
     if suffix in _YAML:
         return _yaml_reader(path, more)
-    way_out = f"; {frames_of_video(path)}" if suffix in VIDEO_SUFFIXES else ""
-    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec inspect reads{way_out}")
+    if suffix in VIDEO_SUFFIXES:
+        return "images", _read_video
+    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec inspect reads")
 
 
 def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
@@ -164,6 +168,14 @@ def _read_images(path: Path) -> Sample:
     others = passed_over(path) if path.is_dir() else ""
     lossy = any(map(is_lossy, files))
     return Sample(str(path), len(files), tuple(images), tuple(problems), passed_over=others, lossy=lossy)
+
+
+def _read_video(path: Path) -> Sample:
+    video = VideoSource(path, SourceOptions())
+    try:
+        return Sample(str(path), video.count, tuple(video.sample(_SAMPLES)))
+    finally:
+        video.close()
 
 
 def _headers(files: Sequence[Path], told: Collection[str]) -> Iterator[str]:

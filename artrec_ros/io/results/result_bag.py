@@ -84,6 +84,9 @@ def _copies(source: Source) -> Iterator[Copy]:
     elif isinstance(source, FolderSource):
         for frame, (_, path) in zip(source, source.files, strict=True):
             yield partial(_copy_frame, frame, path)
+    else:
+        for frame in source:
+            yield partial(_copy_frame, frame, None)
 
 
 def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: BagWriter) -> tuple[int, str]:
@@ -97,13 +100,14 @@ def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: Bag
     return waiting[-1].log_ns, frame_id
 
 
-def _copy_frame(frame: Frame, path: Path, writer: BagWriter) -> tuple[int, str]:
+def _copy_frame(frame: Frame, path: Path | None, writer: BagWriter) -> tuple[int, str]:
+    """:param path: the image's file, whose bytes are copied; None: it has none of its own."""
     frame_id = frame.camera.frame_id if frame.camera else ""
     if frame.camera is not None:
         writer.write_camera(f"/{node_topics.CAMERA_INFO.name}", frame.stamp_ns, frame.camera)
     if frame.image is None:  # the replay has told why
         return frame.stamp_ns, frame_id
-    data = read_bytes(path)
+    data = read_bytes(path) if path is not None else b""
     # nobody turns a message's image, and whoever decodes grey of few bits spreads it
     as_it_is = orientation_of(data) == 1 and grey_bits_of(data) >= 8
     image_format = transport_format(data) if as_it_is else None

@@ -1,4 +1,4 @@
-"""What is replayed: bags and folders of images, one after the other, as a sequence of frames."""
+"""What is replayed: bags, folders of images and videos, one after the other, as a sequence of frames."""
 
 from __future__ import annotations
 
@@ -14,9 +14,10 @@ from ..bags.reader import Bag
 from ..bags.topics import Report
 from ..images.decoding import IMAGE_SUFFIXES, read_image
 from ..images.folders import LOSSY, images_of, is_lossy, passed_over
-from ..images.video import VIDEO_SUFFIXES, frames_of_video
+from ..images.video import VIDEO_SUFFIXES
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
+from .video_source import VideoSource
 
 _STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
 _LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
@@ -91,7 +92,7 @@ def _instead(folder: Path) -> str:
         return f"; look in {' or '.join(holders[:3])}"
     videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
     if videos:
-        return f"; {frames_of_video(videos[0])}"
+        return f"; give a video in it by its name: {videos[0]}"
     others = passed_over(folder)
     return f"; it holds {others}" if others else ""
 
@@ -128,16 +129,18 @@ class Sources:
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
         if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options, report)
-        if path.is_file() and path.suffix.lower() in VIDEO_SUFFIXES:
-            raise SourceError(f"{path}: neither a bag nor a folder of images; {frames_of_video(path)}")
+        if path.suffix.lower() in VIDEO_SUFFIXES:
+            video = VideoSource(path, options, report)
+            self._stack.callback(video.close)
+            return video
         return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
 
 
 def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, report: Report | None = None) -> Sources:
-    """Opens bags and folders of images.
+    """Opens bags, folders of images and videos.
 
     :param report: called with one line for whatever the user should know but that stops nothing.
-    :raises SourceError: a path that is neither, an image topic that is missing or cannot be told.
+    :raises SourceError: a path that is none, an image topic that is missing or cannot be told.
     """
     return Sources(paths, options or SourceOptions(), report or (lambda _: None))
 

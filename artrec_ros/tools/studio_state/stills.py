@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -15,7 +15,6 @@ from ...core.geometry.camera import Camera
 from ...io.base.whole_files import write_whole
 from ...io.images.cameras import camera_yaml, load_camera
 from ...io.images.decoding import Image, read_image
-from ...io.images.video import VIDEO_SUFFIXES
 from ...io.sources.frames import Frame, SourceOptions, fitting
 from ...io.sources.opening import FolderSource, holds_bag, open_sources
 from .ros import Live
@@ -174,7 +173,7 @@ def _writing(folder: Path) -> Iterator[None]:
 
 def _write(source: Path, options: SourceOptions, most: int, folder: Path, told: Told) -> None:
     written = 0
-    with open_sources([source], options) if source.suffix.lower() not in VIDEO_SUFFIXES else _Video(source) as frames:
+    with open_sources([source], options) as frames:
         every = max(1, -(-frames.count // most))
         for number, frame in enumerate(frames):
             if number % every == 0 and frame.image is not None:
@@ -194,36 +193,3 @@ def _write_frame(frame: Frame, folder: Path) -> Path:
     if frame.camera is not None and not (folder / CAMERA_FILE).exists():
         write_whole(folder / CAMERA_FILE, camera_yaml(frame.camera))
     return path
-
-
-class _Video:
-    """A video file as `Sources` are: a context manager to be iterated once. `count`: frames to expect."""
-
-    problems: Sequence[str] = ()
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._video = path, cv2.VideoCapture(str(path.absolute()))
-        if not path.is_file():
-            raise SourceError(f"{path}: there is no such file")
-        if not self._video.isOpened():
-            raise SourceError(f"{path}: cannot be read as a video by this OpenCV")
-        self.count = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
-        if self.count <= 0:  # what browsers record does not tell it
-            self.count = max(1, sum(1 for _ in iter(self._video.grab, False)))
-            self._video = cv2.VideoCapture(str(path.absolute()))
-
-    def __enter__(self) -> _Video:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._video.release()
-
-    def __iter__(self) -> Iterator[Frame]:
-        rate = self._video.get(cv2.CAP_PROP_FPS) or 30.0
-        number = 0
-        while True:
-            more, image = self._video.read()
-            if not more:
-                return
-            yield Frame(round(number * 1e9 / rate), self._path.name, image)
-            number += 1

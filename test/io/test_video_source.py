@@ -1,0 +1,95 @@
+"""Videos as sources."""
+
+import re
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.errors import SourceError
+from artrec_ros.io.inventory.inventory import take_stock
+from artrec_ros.io.sources.frames import SourceOptions
+from artrec_ros.io.sources.opening import open_sources
+
+COUNT = 25
+
+
+@pytest.fixture
+def film(tmp_path):
+    path = tmp_path / "film.mp4"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"mp4v"), 10.0, (64, 48))
+    for level in range(COUNT):
+        writer.write(np.full((48, 64, 3), 10 * level, np.uint8))
+    writer.release()
+    return path
+
+
+def source_of(path, said=None, **options):
+    return open_sources([path], SourceOptions(**options), (said if said is not None else []).append).parts[0]
+
+
+def told(frames):
+    return [(f.name, f.stamp_ns, round(float(f.image.mean()) / 10)) for f in frames]
+
+
+def test_all_frames_come_with_their_names_and_the_videos_times(film):
+    source = source_of(film)
+    assert source.count == COUNT and not source.problems
+    assert told(source) == [(f"film_{n:06d}", n * 100_000_000, n) for n in range(COUNT)]
+
+
+@pytest.mark.parametrize("options", [{}, {"start_offset_s": 0.55, "playback_duration_s": 1.2}], ids=["all", "some"])
+def test_parts_are_the_frames_of_the_whole_in_any_order(film, options):
+    source = source_of(film, **options)
+    parts, whole = list(source.parts(7)), told(source)
+    assert [p.first for p in parts] == list(range(0, len(whole), 7)) and sum(p.count for p in parts) == len(whole)
+    for order in (parts, parts[::-1], [parts[1], parts[1]]):
+        assert told(f for p in order for f in source.read(p)) == [x for p in order for x in whole[p.first :][: p.count]]
+    if options:
+        assert [stamp for _, stamp, _ in whole] == list(range(600_000_000, 1_750_000_000, 100_000_000))
+
+
+def test_a_reading_goes_on_while_parts_are_counted(film):
+    source = source_of(film)
+    frames, parts = iter(source), source.parts(3)
+    both = [(next(frames).name, next(parts).first) for _ in range(4)]
+    assert both == [(f"film_{n:06d}", 3 * n) for n in range(4)]
+
+
+def test_what_begins_behind_the_end_is_told(film):
+    said = []
+    assert not list(source_of(film, said, start_offset_s=9.0))
+    assert said == [f"{film}: nothing of it is read: it lasts 2.50 s, --start-offset is 9"]
+
+
+def test_class_images_are_in_no_video(film):
+    with pytest.raises(SourceError, match=re.escape("a video holds colours")):
+        source_of(film, image_kind="labels")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"no video at all" * 99], ids=["none", "empty", "other"])
+def test_what_is_no_video_is_named(tmp_path, content):
+    path = tmp_path / "other.avi"
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(SourceError, match="other.avi: (there is no such file|cannot be read as a video)"):
+        source_of(path)
+
+
+def test_a_video_that_ends_too_early_says_so(tmp_path):
+    path = tmp_path / "film.avi"
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (64, 48))
+    for _ in range(COUNT):
+        writer.write(np.random.default_rng(1).integers(0, 255, (48, 64, 3), np.uint8))
+    writer.release()
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    source = source_of(path)
+    count = len(list(source))
+    assert 5 < count < COUNT - 5
+    (problem,) = source.problems
+    assert problem.startswith(f"{path}: it ends after {count} of the ")
+
+
+def test_inspect_looks_at_a_few_frames(film):
+    (item,) = take_stock([film])
+    assert item.error is None and item.content.count == COUNT and len(item.content.images) == 5

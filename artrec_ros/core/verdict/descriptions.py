@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from .at_rest import AtRest, at_rest, candidates
 from .chance import Chances, beyond_chance
 from .claims import claims_of
 from .identity import Identifier, doubted, one_of_these
-from .in_view import Part, Parts, PartsInView, Shows
+from .in_view import Part, Parts, PartsInView
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
@@ -31,6 +32,23 @@ from .parts import part_probabilities
 from .verdicts import Verdict
 
 _NO_PART = Part(-1, 0.0)
+
+
+class _Looks(NamedTuple):
+    """What the image shows of H objects at rest.
+
+    :ivar parts: what shows each component. :ivar told: of that what is told. :ivar seen: components told that are seen.
+    :ivar shows: in which frame each is looked at. :ivar layouts: how else they may lie; None: not asked.
+    :ivar names: their identities by number.
+    """
+
+    parts: list[Parts]
+    told: list[Parts]
+    seen: list[set[int]]
+    shows: Sequence[ImageFrame]
+    layouts: Layouts | None
+    identities: Sequence[IdentityFit | None]
+    names: Sequence[int | None]
 
 
 class Describer:
@@ -77,64 +95,77 @@ class Describer:
         """
         if not verdicts:
             return []
-        finder, surface, judged = self.finder, self.finder.surface, dict[Verdict, Parts]()
+        judged = dict[Verdict, Parts]()
         verdicts, among, refused = self._right_way_round(verdicts, frame, among, judged)
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
-        rest = at_rest(finder, verdicts, among, frame)
-        first = self._first_in_their_places(rest)
-        anew = dict(zip(verdicts, rest.verdicts, strict=True))
-        among = [anew.get(v, v) for v in among]
-        rest, found = rest.of(first), [verdicts[n] for n in first]
-        poses, verdicts = rest.poses, rest.verdicts
-        parts_of = self._parts(verdicts, poses, frame, judged)
-        told, probable = self._told(parts_of), [{c: part.probability for c, part in of.items()} for of in parts_of]
+        rest = at_rest(self.finder, verdicts, among, frame)
+        anew, first = dict(zip(verdicts, rest.verdicts, strict=True)), self._first_in_their_places(rest)
+        among, rest = [anew.get(v, v) for v in among] or rest.verdicts, rest.of(first)
+        looks = self._looks(rest, frame, judged)
+        detections = self._as_seen(rest, looks, frame, among, blobs)
+        detections = self._beside_others(detections, rest, looks, frame, among, blobs)
+        if looks.layouts is None:
+            return detections
+        shares = looks.layouts.as_told(looks.names).tolist()
+        lies = zip(detections, shares, [verdicts[n] for n in first], strict=True)
+        detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
+        return beside_other_places(self.finder, frame.camera, looks.layouts, looks.names, detections)
+
+    def _looks(self, rest: AtRest, frame: ImageFrame, judged: dict[Verdict, Parts]) -> _Looks:
+        """:param judged: as of `_as_judged`."""
+        finder, verdicts, poses = self.finder, rest.verdicts, rest.poses
+        parts = self._parts(verdicts, poses, frame, judged)
+        told = self._told(parts)
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
         seen = self._seen(verdicts, told)
         compared = self._identifier.identities or self._may_be_others(seen)
         layouts = Layouts.around(finder, frame, poses, shows, seen) if compared else None
-        identities = doubted(
-            self._identifier.identify(frame, poses, seen, layouts),
-            [v.probability for v in verdicts],
-            finder.config.verdict.misread,
-        )
+        read, probable = self._identifier.identify(frame, poses, seen, layouts), [v.probability for v in verdicts]
+        identities = doubted(read, probable, finder.config.verdict.misread)
+        return _Looks(parts, told, seen, shows, layouts, identities, self._identifier.numbers(identities))
+
+    def _as_seen(
+        self, rest: AtRest, looks: _Looks, frame: ImageFrame, among: Sequence[Verdict], blobs: Sequence[Blob]
+    ) -> list[Detection]:
+        """What the image shows of each, whatever else may be true."""
+        finder, verdicts, poses = self.finder, rest.verdicts, rest.poses
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
-        frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
-        classes = self._classes_shown(layouts, len(poses)) if layouts is not None else ()
-        parts, view = self._in_view.of(verdicts, told, frames, frame, among, classes)
-        missing = self._missing.of(verdicts, seen, probable, view, frames, frame, among)
-        left_over = self._left_over.of(seen, frames, frame, blobs, among or verdicts)
+        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
+        shown = looks.layouts.read.shown[: len(poses)] if looks.layouts is not None else ()
+        classes = [finder.alternatives.shows(of) for of in shown]
+        parts, view = self._in_view.of(verdicts, looks.told, frames, frame, among, classes)
+        probable = [{c: part.probability for c, part in of.items()} for of in looks.parts]
+        missing = self._missing.of(verdicts, looks.seen, probable, view, frames, frame, among)
         times = [1.0] * len(poses)
         if self._chances is not None:
-            times = self._chances.times(verdicts, frame, blobs, among or verdicts).tolist()
-        detections = [
-            self._detection(verdict, n, poses[n : n + 1], parts[n], covariances[n], identities[n], lacks, times[n])
-            for n, (verdict, lacks) in enumerate(zip(verdicts, missing, strict=True))
-        ]
-        ways = self._other_ways.of(shows, poses, seen, rest.used)
-        each = zip(detections, rest.elsewhere, rest.others, ways, strict=True)
-        detections = [otherwise(*one) for one in each]
-        beside = zip(detections, rest.laid, strict=True)
-        detections = [
-            beside_laid_otherwise(finder, frame.camera, poses[n : n + 1], laid, d) for n, (d, laid) in enumerate(beside)
-        ]
-        bends = self._along_joints.of(shows, poses, seen)
-        detections = [bent_otherwise(d, bent) for d, bent in zip(detections, bends, strict=True)]
-        detections = [in_doubt_of(finder, d, left) for d, left in zip(detections, left_over, strict=True)]
-        if layouts is None:
-            return detections
-        names = self._identifier.numbers(identities)
-        lies = zip(detections, layouts.as_told(names).tolist(), found, strict=True)
-        detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
-        if not layouts.by_seen.any():
-            return detections
-        return beside_other_places(finder, frame.camera, layouts, names, detections)
+            times = self._chances.times(verdicts, frame, blobs, among).tolist()
+        each = enumerate(zip(verdicts, parts, covariances, looks.identities, missing, times, strict=True))
+        return [self._detection(verdict, n, poses[n : n + 1], *of) for n, (verdict, *of) in each]
 
-    def _classes_shown(self, layouts: Layouts, objects: int) -> list[Shows]:
-        """Of each object the classes that its components show, of those that may be of several."""
-        return [self.finder.alternatives.shows(shown) for shown in layouts.read.shown[:objects]]
+    def _beside_others(
+        self,
+        detections: Sequence[Detection],
+        rest: AtRest,
+        looks: _Looks,
+        frame: ImageFrame,
+        among: Sequence[Verdict],
+        blobs: Sequence[Blob],
+    ) -> list[Detection]:
+        """Detections with what else may be true of them: turns, ways to bend and places, and blobs that they leave."""
+        finder, poses = self.finder, rest.poses
+        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
+        ways = self._other_ways.of(looks.shows, poses, looks.seen, rest.used)
+        bends = self._along_joints.of(looks.shows, poses, looks.seen)
+        left_over = self._left_over.of(looks.seen, frames, frame, blobs, among)
+        out = list[Detection]()
+        for n, d in enumerate(detections):
+            d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])
+            d = beside_laid_otherwise(finder, frame.camera, poses[n : n + 1], rest.laid[n], d)
+            out.append(in_doubt_of(finder, bent_otherwise(d, bends[n]), left_over[n]))
+        return out
 
     def _right_way_round(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, among: Sequence[Verdict], judged: dict[Verdict, Parts]

@@ -10,6 +10,7 @@ import numpy as np
 from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_seen, turn_by
+from .sharing_kernels import explain_once
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import Scores, score_hypothesis
 
@@ -55,7 +56,8 @@ class Body(NamedTuple):
     t: Any  # (C, 3)
     joints: Any  # (2, J, 3) axes and origins
     scores: Scores  # as it was scored last,
-    tried: Scores  # and as if it were elsewhere
+    tried: Scores  # and as if it were elsewhere,
+    once: Any  # (3, P) what is left of that where each pixel is explained once: votes, pixels, agreement
     sums: Any  # (2, C)
     scratch: Any  # (3, 3, 3)
     everything: Any  # (C,) True: components that move with the pose
@@ -102,14 +104,19 @@ def whole_votes(
     s: Surface, patches: Any, chain: Chain, R: Any, t: Any, q: Any, moved: Any, view: LabelView, limits: SurfaceLimits,
     value: Value, body: Body, room: Room,
 ) -> float:  # fmt: skip
-    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,), with `body.tried` filled.
+    """Votes of a whole object under one hypothesis (3, 3), (3,), (J,), with `body.tried` and `body.once` filled.
 
     :param moved: (C,) components that are elsewhere than `body.scores` are of.
     """
     copy_scores(body.scores, body.tried)
     place_seen(chain, R, t, q, body.R, body.t, body.joints[0], body.joints[1], body.scratch)
     score_hypothesis(s, body.R, body.t, patches, moved, view, limits, value.occlusion, room, body.tried)
-    return total(s, value, body.tried.votes, body.tried.area_px, body.sums)
+    said, once = body.tried, body.once
+    for p in range(len(patches)):
+        once[0, p], once[1, p], once[2, p] = said.votes[p], said.area_px[p], said.agree[p]
+    f2 = view.K[0, 0] * view.K[1, 1]
+    explain_once(s, body.R, body.t, f2, limits, False, room, once[0], once[1], once[2])
+    return total(s, value, once[0], once[1], body.sums)
 
 
 @melted
@@ -117,6 +124,7 @@ def copy_scores(scores: Scores, out: Scores) -> None:
     """Copy what is said of P patches."""
     for p in range(len(out.votes)):
         out.votes[p], out.area_px[p], out.near[p] = scores.votes[p], scores.area_px[p], scores.near[p]
+        out.agree[p] = scores.agree[p]
 
 
 @melted
@@ -148,7 +156,7 @@ def body_of(s: Surface, value: Value, n_joints: int) -> Body:
     return Body(
         np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, n_joints, 3)),
         Scores(said[0, 0], said[0, 1], said[0, 2], near[0]), Scores(said[1, 0], said[1, 1], said[1, 2], near[1]),
-        np.empty((2, n_c)), np.empty((3, 3, 3)), np.ones(n_c, np.bool_),
+        np.empty((3, n_p)), np.empty((2, n_c)), np.empty((3, 3, 3)), np.ones(n_c, np.bool_),
     )  # fmt: skip
 
 

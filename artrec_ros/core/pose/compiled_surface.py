@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from ..base.config import VotesConfig
 from ..base.jit import LANES
+from ..geometry.transforms import Array
 from ..image.codes import OUTSIDE, OWNED
-from ..model.surface import free_contour
+from ..model.surface import Patch, free_contour
 from .occlusion import BEHIND
 from .surface_kernels import Surface, SurfaceLimits
 
@@ -31,11 +32,13 @@ def surface_limits(votes: VotesConfig) -> SurfaceLimits:
         BEHIND,
         OUTSIDE,
         OWNED,
+        *map(float, votes.shared),
     )
 
 
 def compiled_surface(surface: SpatialModel) -> Surface:
     """The arrays of its patches, markers and boxes; see `Surface`."""
+    like = _like(surface, surface.component[surface.markers], surface.marker_labels)
     marker_of = np.full(len(surface.patches), -1)
     marker_of[surface.markers] = np.arange(len(surface.markers))
     filled = [np.pad(p.finer, ((0, -len(p.finer) % LANES), (0, 0)), mode="edge") for p in surface.patches]
@@ -68,7 +71,9 @@ def compiled_surface(surface: SpatialModel) -> Surface:
         meets=surface.meeting,
         has_meets=(surface.meeting >= 0).any(axis=1),
         patch_of=surface.markers,
-        like=_like(surface, surface.component[surface.markers], surface.marker_labels),
+        like=like,
+        pairs=np.ascontiguousarray(np.argwhere(np.triu(like, 1))),  # else laid out otherwise than where there are none
+        spread=np.array([_spread(surface.patches[p]) for p in surface.markers]).reshape(-1, 2, 3),
         like_box=_like(
             surface, surface.boxes.component, [surface.model.components[c].body_labels for c in surface.boxes.component]
         ),
@@ -81,6 +86,13 @@ def compiled_surface(surface: SpatialModel) -> Surface:
         half=surface.boxes.half,
         box_radius=np.linalg.norm(surface.boxes.half, axis=1),
     )
+
+
+def _spread(patch: Patch) -> Array:
+    """(2, 3) see `Surface`."""
+    points = patch.inside - patch.inside.mean(axis=0)
+    deviations, axes = np.linalg.svd(points / np.sqrt(len(points)), full_matrices=False)[1:]
+    return np.asarray(deviations[:2, None] * axes[:2])
 
 
 def _like(surface: SpatialModel, component: np.ndarray, labels: Sequence[Sequence[int]]) -> NDArray[np.bool_]:

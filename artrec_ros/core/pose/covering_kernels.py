@@ -1,7 +1,6 @@
 """Where parts of an object that are of one class lie over each other.
 
-What lies just beyond a marker's contour then says nothing against it, and where another one lies before it, pixels of
-their class are the other one's: each is explained once.
+What lies just beyond a marker's contour then says nothing against it.
 """
 
 from __future__ import annotations
@@ -14,14 +13,12 @@ from .hiding_kernels import boxes_in_camera, hide
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, beside
 
 COVERED = -1.0  # in `Room.open`
-_ONE_PLANE = 1e-6  # share of the depth
 _ANYWHERE = 1e9  # times the way to a point: a box behind it covers it, too
 
 
 @lean
 def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> None:
-    """Fill `room.open` with where no other part of the object's that is of the same class lies beyond a contour, and
-    `room.front` with which markers lie before which, in one plane those that come first.
+    """Fill `room.open` with where no other part of the object's that is of the same class lies beyond a contour.
 
     :param R, t: (C, 3, 3), (C, 3) the frames of its components.
     """
@@ -31,7 +28,7 @@ def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, ro
         A, b = R[s.component[p]], t[s.component[p]]
         cosine, _, _, z = aspect(s, p, A, b)
         room.shown[k] = cosine > limits.least_cosine and z > LEAST_DEPTH_M
-        room.behind[k], room.depth[k] = False, z
+        room.depth[k] = z
         for i in range(m):
             row[i] = s.open_ring[k, i]
         if room.shown[k]:
@@ -39,13 +36,9 @@ def cover(s: Surface, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, ro
     boxed = False
     for k in range(n_m):
         for j in range(n_m):
-            room.front[k, j] = s.like[k, j] and room.shown[k] and room.shown[j]
-            if room.front[k, j]:
+            if s.like[k, j] and room.shown[k] and room.shown[j]:
                 far_px, _ = beside(s, k, room.depth[k], view, limits)
                 cover_by_marker(room.outlines[k], room.outlines[j], far_px, room.open[k])
-                before = (room.depth[k] - room.depth[j]) / room.depth[k]
-                room.front[k, j] = before > _ONE_PLANE or (before > -_ONE_PLANE and j < k)
-                room.behind[k] |= room.front[k, j]
         for j in range(n_b):
             boxed |= s.like_box[k, j] and room.shown[k]
     if boxed:
@@ -75,27 +68,6 @@ def box_of(outline: Any) -> tuple[float, float, float, float]:
         left, right = min(left, outline[0, i]), max(right, outline[0, i])
         top, bottom = min(top, outline[1, i]), max(bottom, outline[1, i])
     return left, right, top, bottom
-
-
-@inlined
-def hide_by_markers(k: int, count: int, already: bool, view: LabelView, room: Room) -> None:
-    """Note in `room.hidden` where markers of one class lie before the points of marker `k`, whose pixels `room.at` has.
-
-    :param already: boxes hide some of them.
-    """
-    if not already:
-        for i in range(count):
-            room.hidden[i] = False
-    wide = view.width + 2
-    for j in range(len(room.behind)):
-        if not room.front[k, j]:
-            continue
-        left, right, top, bottom = box_of(room.outlines[j])
-        for i in range(count):
-            row = room.at[0, i] // wide
-            x, y = float(room.at[0, i] - row * wide - 1), float(row - 1)
-            if left <= x <= right and top <= y <= bottom and contains(room.outlines[j], x, y):
-                room.hidden[i] = True
 
 
 @inlined

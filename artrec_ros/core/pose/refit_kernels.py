@@ -31,14 +31,14 @@ def support_of(
     """Fill use (H, M) with which of `markers` (M,) labels support under hypotheses R (H, 3, 3), t (H, 3), q (H, J), and
     votes (H,) with those for the whole objects."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
-    said = body.tried
+    once = body.once
     for h in range(len(R)):
         votes[h] = whole_votes(
             s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room
         )  # fmt: skip
         for k in range(len(markers)):
             p = markers[k]
-            use[h, k] = is_supported(said.votes[p], said.area_px[p], said.agree[p], support.min_px, support.least_agree)
+            use[h, k] = is_supported(once[0, p], once[1, p], once[2, p], support.min_px, support.least_agree)
 
 
 @jit

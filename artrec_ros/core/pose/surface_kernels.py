@@ -47,6 +47,8 @@ class Surface(NamedTuple):
     has_meets: Any  # (M,) bool: whether a marker meets others so
     patch_of: Any  # (M,) each marker's patch
     like: Any  # (M, M) bool: markers that joints move against each other, and that may be of one class
+    pairs: Any  # (n, 2) of these each pair once
+    spread: Any  # (M, 2, 3) along its axes as far as its points deviate, metres, in its component's frame
     like_box: Any  # (M, B) bool: boxes that joints move against a marker, and that may be of its class
     table: Any  # (roles, 256) votes
     own: Any  # (roles, 256) how far each code is of the piece's own class
@@ -70,6 +72,8 @@ class SurfaceLimits(NamedTuple):
     behind: float  # share of the way to a point beyond which nothing hides it
     outside: int  # the label beyond the image
     owned: int  # the label of what hides all behind it: an object that was accepted
+    shared: float  # of a marker that lies on a likelier one of its class by more than this share
+    rest_agree: float  # the rest must bear the class by this one
     swollen_px: float = 0.0  # by so much markers look larger than they are, all around
     level: bool = False  # whether all of a patch is at one depth before a camera made for what faces it
 
@@ -139,10 +143,10 @@ class Room(NamedTuple):
     open: Any  # (M, m) `Surface.open_ring`, -1 where another part of the hypothesis lies beyond: `cover`
     outlines: Any  # (M, 4, m), see `outline_pixels`
     shown: Any  # (M,) bool: markers that face the camera
-    behind: Any  # (M,) bool: of those, what other ones of their class may lie before: `Room.front`
-    front: Any  # (M, M) bool
     depth: Any  # (M,) of their middles
     beyond: Any  # (3, m) points beyond a contour
+    taken: Any  # (M,) share of a marker that likelier ones of its class explain
+    seen: Any  # (M,) share of it that is seen
     wide: Any  # (3, 3) a larger marker's place
     moved: Any  # (3,)
 
@@ -151,9 +155,8 @@ class Room(NamedTuple):
 def room_of(s: Surface) -> Room:
     """Scratch arrays that fit a surface."""
     n, n_m, m = len(s.half), s.contour.shape[0], s.contour.shape[2]
-    most, is_open, behind = m, np.empty((n_m, m)), np.empty(n_m, np.bool_)
+    most, is_open = m, np.empty((n_m, m))
     for k in range(n_m):
-        behind[k] = False
         for i in range(m):
             is_open[k, i] = s.open_ring[k, i]
     for p in range(len(s.starts) - 1):  # numpy's own functions take longer to compile
@@ -162,7 +165,8 @@ def room_of(s: Surface) -> Room:
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
         np.empty(m, np.int32), is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
-        behind, np.empty((n_m, n_m), np.bool_), np.empty(n_m), np.empty((3, m)), np.empty((3, 3)), np.empty(3),
+        np.empty(n_m), np.empty((3, m)), np.zeros(n_m), np.zeros(n_m),
+        np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
 
 

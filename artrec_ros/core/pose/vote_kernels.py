@@ -10,8 +10,9 @@ import numpy as np
 from ..base.jit import inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, locate, locate_level, turned
 from ..model.chain_kernels import Chain, place_seen
-from .covering_kernels import COVERED, cover, hide_by_markers
+from .covering_kernels import COVERED, cover
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
+from .sharing_kernels import explain_once
 from .surface_kernels import (
     LEAST_DEPTH_M,
     MOST_LENGTH,
@@ -97,6 +98,11 @@ def score_patches(
             cover(s, frames_R, frames_t, view, limits, room)
         scores = Scores(votes[h], area_px[h], agree[h], near)
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
+        if len(patches) == len(s.area):
+            f2 = view.K[0, 0] * view.K[1, 1]
+            explain_once(
+                s, frames_R, frames_t, f2, limits, True, room, scores.votes, scores.area_px, scores.agree
+            )  # fmt: skip
 
 
 @melted
@@ -176,13 +182,10 @@ def said_of(
     if n_near:
         hide(s, A_of_all, b_of_all, on, room, n_near, surface_share(s, p, depth, limits.behind))
     k = s.marker_of[p]
-    covered = k >= 0 and room.behind[k]
-    if covered:
-        hide_by_markers(k, count, n_near > 0, view, room)
     for i in range(count):
         weight = room.weight[i] if near else 1.0
         all_of_it += weight
-        if (n_near or covered) and room.hidden[i]:
+        if n_near and room.hidden[i]:
             continue
         shown += weight
         found = view.padded[room.at[0, i]]

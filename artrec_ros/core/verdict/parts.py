@@ -82,7 +82,7 @@ def _rows(verdicts: Sequence[Verdict]) -> Array:
     whole = np.clip(np.log(p / (1 - p)), -_MOST_ODDS, _MOST_ODDS)
     alone = _alone(verdicts, shown)
     evidence = {
-        "own": np.log1p(area_px * agree * alone),
+        "own": np.log1p(area_px * agree),
         "alone": alone,
         "open": np.minimum(area_px / np.maximum(full_px, 1e-9), 1.0),
         "agree": agree,

@@ -90,6 +90,16 @@ class VotesConfig(Room):
         paths=_WHOLE,
         origin="half of what another label says; 2/3: right +1 of 244, 4/3: +0",
     )
+    shared: tuple[float, ...] = param(
+        (0.2, 0.7),
+        "share of a marker on a likelier one of its class and its object from which on what is left of it must bear the "
+        "class, and by which share: else nothing says that it is there, for the other one explains what it shows",
+        low=0,
+        high=1,
+        length=2,
+        paths=_WHOLE,
+        origin="TODO",
+    )
     hidden_cost: float = param(
         0.5,
         "votes per pixel that a component costs which should be seen and is not",

@@ -100,7 +100,7 @@ class VotesConfig(Room):
         length=2,
         paths=_WHOLE,
         origin="drawn legs of one of which no foot is seen, 120 pictures: told on the other's foot in 6; with 0.6 and "
-        "0.8 in place of 0.7 8 and 4, with 0.1 and 0.4 in place of 0.2 2 and 16, without 18; puppets the same to a part",
+        "0.8 in place of 0.7 8 and 5, with 0.1 and 0.4 in place of 0.2 2 and 16; puppets of 121: with 0.1 1 less right",
     )
     hidden_cost: float = param(
         0.5,

@@ -32,7 +32,8 @@ def surface_limits(votes: VotesConfig) -> SurfaceLimits:
         BEHIND,
         OUTSIDE,
         OWNED,
-        *map(float, votes.shared),
+        float(votes.shared[0]),
+        float(votes.shared[1]),
     )
 
 

@@ -18,7 +18,7 @@ from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
 from .poses import PatchScores, Poses
 from .surface_kernels import LEAST_DEPTH_M
-from .turn_evidence import evidence
+from .turn_evidence import even_odds
 
 
 class LaidOtherwise(NamedTuple):
@@ -71,9 +71,7 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
     told, both, log_odds = both[rows[:1]], both[rows[1:]], (unseen - unseen[0])[rows[1:]]
     if not len(both):
         return None
-    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    found = evidence(finder, frame, told[np.zeros(len(both), int)], both)
-    log_odds = log_odds + found.log_odds((0.0, *weights[1:]))  # before anything is known of them they are as likely
+    log_odds = log_odds + even_odds(finder, frame, told[np.zeros(len(both), int)], both)
     return LaidOtherwise(both, np.where(log_odds > config.least_turn_odds, log_odds, np.minimum(log_odds, 0.0)))
 
 

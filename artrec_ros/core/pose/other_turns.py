@@ -26,7 +26,7 @@ from .distinct import best_distinct
 from .finder import WholeObjectFinder
 from .other_sides import other_sides
 from .poses import Poses
-from .turn_evidence import evidence, turn_odds
+from .turn_evidence import even_odds, evidence, turn_odds
 
 WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
 _WORTH_FIT = 0.5  # the same before that fit
@@ -95,8 +95,7 @@ def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals
 
 
 def _other_sides(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
-    """Other sides of the object in the place of those that are seen. Before anything is known of them they are as
-    likely: what is seen is the same."""
+    """Other sides of the object in the place of those that are seen."""
     sides, of = poses[:0], np.zeros(0, np.int64)
     if len(finder.like_sides):
         told = finder.voter.votes(frame, poses, occlusion=True)
@@ -107,9 +106,7 @@ def _other_sides(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> 
     if not len(of):
         return Rivals(sides, of, np.zeros(0))
     sides = finder.rest.on_colours(frame, sides, finder.voter.supports(frame, sides))
-    config, found = finder.config.verdict, evidence(finder, frame, poses[of], sides)
-    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    return Rivals(sides, of, found.log_odds((0.0, *weights[1:])))
+    return Rivals(sides, of, even_odds(finder, frame, poses[of], sides))
 
 
 def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:

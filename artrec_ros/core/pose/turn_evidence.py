@@ -49,6 +49,14 @@ def turn_odds(
     return evidence(finder, frame, poses, others, component).log_odds(weights)
 
 
+def even_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
+    """The same of others that show the same in the same places by other markers: before anything is known of them they
+    are as likely."""
+    config = finder.config.verdict
+    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
+    return evidence(finder, frame, poses, others).log_odds((0.0, *weights[1:]))
+
+
 def evidence(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses, component: int | None = None
 ) -> Evidence:

@@ -16,6 +16,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
 from ..pose.other_ways import OtherWays
 from ..pose.poses import Poses
+from ..pose.siblings import Siblings
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from .acceptance import verdicts_of
 from .at_rest import AtRest, at_rest, candidates
@@ -58,7 +59,7 @@ class Describer:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
-        self._along_joints = AlongJoints(finder)
+        self._along_joints, self._siblings = AlongJoints(finder), Siblings(finder)
         self._chances = Chances(finder) if finder.facing else None
 
     def without_surplus(
@@ -159,12 +160,14 @@ class Describer:
         frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         ways = self._other_ways.of(looks.shows, poses, looks.seen, rest.used)
         bends = self._along_joints.of(looks.shows, poses, looks.seen)
+        siblings = self._siblings.of(looks.shows, poses, looks.seen, rest.used)
         left_over = self._left_over.of(looks.seen, frames, frame, blobs, among)
         out = list[Detection]()
         for n, d in enumerate(detections):
             d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])
             d = beside_laid_otherwise(finder, frame.camera, poses[n : n + 1], rest.laid[n], d)
-            out.append(in_doubt_of(finder, bent_otherwise(d, bends[n]), left_over[n]))
+            d = bent_otherwise(bent_otherwise(d, bends[n]), siblings[n])
+            out.append(in_doubt_of(finder, d, left_over[n]))
         return out
 
     def _right_way_round(

@@ -101,7 +101,7 @@ class Describer:
         verdicts = sorted(verdicts, key=lambda v: -v.probability)
         rest = at_rest(self.finder, verdicts, among, frame)
         anew, first = dict(zip(verdicts, rest.verdicts, strict=True)), self._first_in_their_places(rest)
-        among, rest = [anew.get(v, v) for v in among] or rest.verdicts, rest.of(first)
+        among, rest = [anew.get(v, v) for v in among], rest.of(first)
         looks = self._looks(rest, frame, judged)
         detections = self._as_seen(rest, looks, frame, among, blobs)
         detections = self._beside_others(detections, rest, looks, frame, among, blobs)
@@ -142,7 +142,7 @@ class Describer:
         missing = self._missing.of(verdicts, looks.seen, probable, view, frames, frame, among)
         times = [1.0] * len(poses)
         if self._chances is not None:
-            times = self._chances.times(verdicts, frame, blobs, among).tolist()
+            times = self._chances.times(verdicts, frame, blobs, among or verdicts).tolist()
         each = enumerate(zip(verdicts, parts, covariances, looks.identities, missing, times, strict=True))
         return [self._detection(verdict, n, poses[n : n + 1], *of) for n, (verdict, *of) in each]
 
@@ -161,7 +161,7 @@ class Describer:
         ways = self._other_ways.of(looks.shows, poses, looks.seen, rest.used)
         bends = self._along_joints.of(looks.shows, poses, looks.seen)
         siblings = self._siblings.of(looks.shows, poses, looks.seen, rest.used)
-        left_over = self._left_over.of(looks.seen, frames, frame, blobs, among)
+        left_over = self._left_over.of(looks.seen, frames, frame, blobs, among or rest.verdicts)
         out = list[Detection]()
         for n, d in enumerate(detections):
             d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])

@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Iterator
 from typing import Any
 
+from ..core.base.errors import ConfigError
 from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
@@ -48,7 +49,11 @@ def add_parser(subparsers: Any) -> None:
         "it says whether they fit together: labels, names, topics, calibration, constraints, stamps. One line for "
         "every problem; exit code 1 where there is one.",
     )
-    p.add_argument("paths", nargs="+", type=path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument("paths", nargs="*", type=path, metavar="PATH", help="files and folders; of a folder, what is in it")
+    p.add_argument(
+        "--params-file", type=path, action="append", default=[], metavar="NODE.yaml",
+        help="a parameter file, as other commands take it; the same as to name it as PATH",
+    )  # fmt: skip
     p.add_argument("--images", type=path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--scene",
@@ -61,9 +66,12 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 1 where something is wrong or does not fit."""
+    paths = list(dict.fromkeys([*args.params_file, *args.paths]))
+    if not paths:
+        raise ConfigError("name what to look into: PATH, or --params-file")
     if args.scene is not None:
-        check_drawing("--scene", args.scene, args.paths)
-    items = take_stock(args.paths, args.images)
+        check_drawing("--scene", args.scene, paths)
+    items = take_stock(paths, args.images)
     for item in items:
         for n, line in enumerate(describe(item)):
             print(f"{'  ' if n else ''}{line}")

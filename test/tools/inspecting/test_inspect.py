@@ -198,6 +198,19 @@ def test_parameters_without_objects_go_with_those_that_have_some(tmp_path, confi
     assert inspect(capsys, tmp_path / "more.yaml")[0] == 0
 
 
+def test_parameter_files_are_taken_as_other_commands_take_them(tmp_path, config, capsys):
+    """Named as in `artrec replay`, and the same as by their paths."""
+    (more := tmp_path / "more.yaml").write_text("/**: {ros__parameters: {recognizer: {min_blob_px: 5}}}")
+    files, bag = (config / "excavator.yaml", more), write_bag(tmp_path / "bag")
+    named = inspect(capsys, bag, "--params-file", files[0], "--params-file", files[1])
+    assert named == inspect(capsys, *files, bag)
+    twice = inspect(capsys, files[0], bag, *("--params-file", files[1]) * 2)
+    assert sorted(twice[1].splitlines()) == sorted(named[1].splitlines())
+    assert inspect(capsys, "--params-file", files[0]) == inspect(capsys, files[0])
+    assert "recognizer.min_blob_px 5" in named[1]
+    assert main(["inspect"]) == 1 and "PATH, or --params-file" in capsys.readouterr().err
+
+
 def test_reports_of_artrec_are_told(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     truth = write_truth(tmp_path / "truth.jsonl")

@@ -98,6 +98,36 @@ components:
     assert not [n for n in advice_on(tmp_path, apart) if "seen at once" in n]
 
 
+LEGS = """
+format: artrec_object/1
+name: toy
+markers: {trunk: {rectangle: {width: 0.12, height: 0.1}}, foot: {rectangle: {width: 0.06, height: 0.04}}}
+components:
+  trunk: {required: true, label: 1, markers: {trunk: {pose: {xyz: [0, 0.2, 0]}}}}
+  left:
+    label: 2
+    markers: {front: {marker: foot, pose: {xyz: [-0.1, 0, 0]}}, aside: {marker: foot, pose: {xyz: [-0.12, 0.002, 0]}}}
+  right:
+    label: 2
+    markers: {front: {marker: foot, pose: {xyz: [0.1, 0, 0]}}, aside: {marker: foot, pose: {xyz: [0.11, 0.02, 0]}}}
+"""
+
+
+def test_markers_of_one_component_that_lie_on_each_other_are_alternatives(tmp_path):
+    """Views of one foot: no neighbours of which both are there, wherever their edges come to lie."""
+    assert not [n for n in advice_on(tmp_path, LEGS) if "adjoin" in n or "seen at once" in n]
+    apart = LEGS.replace("[-0.12, 0.002, 0]", "[-0.2, 0, 0]").replace("[0.11, 0.02, 0]", "[0.2, 0, 0]")
+    told = [n.partition(" but one")[0] for n in advice_on(tmp_path, apart) if "seen at once" in n]
+    assert told == [f"warning: {c}/front, {c}/aside are of one component and seen at once," for c in ("left", "right")]
+
+
+def test_alternatives_that_lie_on_one_between_them_are_no_neighbours(tmp_path):
+    """To the left, to the right and in front."""
+    marker = ", back: {marker: foot, pose: {xyz: [-0.08, 0, 0]}}, far: {marker: foot, pose: {xyz: [-0.06, 0, 0]}}}"
+    lines = advice_on(tmp_path, LEGS.replace("[-0.12, 0.002, 0]}}}", "[-0.14, 0, 0]}}" + marker))
+    assert not [n for n in lines if "adjoin" in n or "seen at once" in n]
+
+
 def test_what_looks_the_same_throughout_is_told_once(tmp_path):
     """Not of each of a box's sides: they are seen together."""
     frame = "  frame: {required: true, label: 2, box: {size: [0.3, 0.25, 0.36]}}\n"

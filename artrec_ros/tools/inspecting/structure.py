@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
+import cv2
 import numpy as np
 
 from ...core.geometry.polygons import distance_to_outline
@@ -20,6 +21,8 @@ _SAMPLES = 96  # of an outline
 _ALONG = 0.08  # along such a share of its outline, adjoins
 _BACK_TO_BACK = -0.7  # cosine: who face more away from each other are not seen together
 _ONE_WAY = 0.7  # cosine: who face so nearly one way are mostly seen together
+_DRAWN_PX = 100  # extent of two outlines that are laid on each other
+_COVERED = 0.1  # of the smaller one: whose outlines have so much in common are not there at once
 _ASIDE = 0.5  # cosine: a marker turned farther than that from all others may be seen without them
 
 
@@ -60,11 +63,11 @@ def structure(model: ObjectModel) -> Iterator[str]:
             f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
             "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
         )
-    if together := _seen_together(known):
+    for names in _seen_together(known):
         yield (
-            f"warning: {shortened(together)} are of one component and seen at once, but one at a time counts: make "
+            f"warning: {shortened(names)} are of one component and seen at once, but one at a time counts: make "
             "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
-            "other out"
+            "other out; where one at a time is there indeed, leave them"
         )
     if model.is_flat:
         return
@@ -96,10 +99,13 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
 
 
 def _adjoining(known: list[_Placed]) -> list[list[str]]:
-    """Groups of markers of one class that meet along an edge; but for sides that meet at an angle: those of one
-    component are looked for together, of others `split_sides` tells."""
+    """Groups of markers of one class that meet along an edge; but for alternatives, and for sides that meet at an
+    angle: those of one component are looked for together, of others `split_sides` tells."""
+    place = _places(known)
 
     def beside(a: _Placed, b: _Placed) -> bool:
+        if place[a.name] == place[b.name]:
+            return False
         return not _aslant(a, b) or (a.component != b.component and a.is_of_solid and b.is_of_solid)
 
     return [[m.name for m in group] for group in _groups(known, beside)]
@@ -147,14 +153,42 @@ def _meet(a: _Placed, b: _Placed) -> bool:
     return bool(along > _ALONG)
 
 
-def _seen_together(known: list[_Placed]) -> list[str]:
-    """Markers that face the way another one of their component faces and do not meet it."""
-    pairs = [
-        (a, b)
-        for a, b in combinations(known, 2)
-        if a.component == b.component and not a.is_of_solid and a.normal @ b.normal > _ONE_WAY and not _meet(a, b)
-    ]
-    return list(dict.fromkeys(m.name for pair in pairs for m in pair))
+def _places(known: list[_Placed]) -> dict[str, int]:
+    """A number for each marker, the same of alternatives: of one component, facing one way, and lying on each other
+    directly or by others. They are views of one thing, of which one at a time is there."""
+    place = {m.name: n for n, m in enumerate(known)}
+    for a, b in combinations(known, 2):
+        if a.component == b.component and not a.is_of_solid and _cover(a, b):
+            joined = place[b.name]
+            place = {name: place[a.name] if n == joined else n for name, n in place.items()}
+    return place
+
+
+def _cover(a: _Placed, b: _Placed) -> bool:
+    """Whether two markers that face one way have much of their areas in common."""
+    if a.normal @ b.normal <= _ONE_WAY or (a.low > b.high).any() or (b.low > a.high).any():
+        return False
+    u = a.outline[0] - a.outline.mean(axis=0)
+    u /= np.linalg.norm(u)
+    flat = [m.outline @ np.stack([u, np.cross(a.normal, u)], axis=1) for m in (a, b)]
+    low, high = np.min([f.min(axis=0) for f in flat], axis=0), np.max([f.max(axis=0) for f in flat], axis=0)
+    drawn = []
+    for points in flat:
+        mask = np.zeros((_DRAWN_PX + 1,) * 2, np.uint8)
+        cv2.fillPoly(mask, [np.rint((points - low) / (high - low).max() * _DRAWN_PX).astype(np.int32)], 1)
+        drawn.append(mask > 0)
+    return bool((drawn[0] & drawn[1]).sum() > _COVERED * min(mask.sum() for mask in drawn))
+
+
+def _seen_together(known: list[_Placed]) -> list[list[str]]:
+    """Of each component those of its markers that face the way another one of it faces, and neither meet that nor are
+    alternatives of it."""
+    place, found = _places(known), dict[int, list[str]]()
+    for a, b in combinations(known, 2):
+        same = a.component == b.component and place[a.name] != place[b.name]
+        if same and not a.is_of_solid and a.normal @ b.normal > _ONE_WAY and not _meet(a, b):
+            found.setdefault(a.component, []).extend([a.name, b.name])
+    return [list(dict.fromkeys(names)) for names in found.values()]
 
 
 def _on_other_sides(model: ObjectModel) -> list[str]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
+from types import MappingProxyType
 
 import numpy as np
 
@@ -13,16 +14,24 @@ from ..io.learned.marked_objects import BESIDE, REST
 from .colour_setup import ColourSetup
 from .inspecting.too_small import too_small
 
+_UNKNOWN: Mapping[int, float] = MappingProxyType({})
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
 _FEW = 10  # objects: below it their scales tell little of how near and far others are
+_LEAST_PX = 0.7  # by which outlines are too small before that is told, as of `rings_px`
 _MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
-def report(learned: Learned, bodies: Collection[str] = (), scales: Array | None = None) -> Iterator[str]:
+def report(
+    learned: Learned,
+    bodies: Collection[str] = (),
+    scales: Array | None = None,
+    beyond_px: Mapping[int, float] = _UNKNOWN,
+) -> Iterator[str]:
     """Per class its references, and what they make of its pixels; what a background's go to, and what to do.
 
     :param bodies: classes of bodies alone. :param scales: px/m of marked objects, where there are some.
+    :param beyond_px: as of `beyond_marks_px`, where that is known.
     """
     width = max(len(name) for name in learned.samples)
     yield f"{'class':{width}}   pixels   right  references r,g,b"
@@ -39,7 +48,7 @@ def report(learned: Learned, bodies: Collection[str] = (), scales: Array | None 
     yield f"blur_px: {learned.image.blur_px:g}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)
-    yield from _advice_on_outlines(learned.rings_px, scales)
+    yield from _advice_on_outlines(learned, scales, beyond_px)
     yield from _advice_on_bodies(learned, bodies)
 
 
@@ -103,14 +112,20 @@ def _advice(learned: Learned) -> Iterator[str]:
                 )
 
 
-def _advice_on_outlines(rings_px: Mapping[str, float], scales: Array | None) -> Iterator[str]:
-    """A line for each class that is larger than what is marked of it."""
-    for name, px in rings_px.items():
-        metres = f" ({px / np.median(scales):.2g} m)" if scales is not None and len(scales) else ""
+def _advice_on_outlines(learned: Learned, scales: Array | None, beyond_px: Mapping[int, float]) -> Iterator[str]:
+    """A line for each class that is larger than what is marked of it, but where the object file has it so large."""
+    for name, px in learned.rings_px.items():
+        has_px = min(max(beyond_px.get(learned.image.classes[name].label, 0.0), 0.0), px)
+        left_px = px - has_px
+        if left_px < _LEAST_PX:
+            continue
+        metres = f" ({left_px / np.median(scales):.2g} m)" if scales is not None and len(scales) else ""
+        larger = f" (it has {has_px:.1f} px more than what is marked)" if has_px >= _LEAST_PX else ""
         yield (
-            f"{name} goes on for {px:.1f} px{metres} beyond its outlines, all around, and ends there: they are too "
-            "small. Mark axes' ends on the rim, as the camera shows it, and enlarge radius, rectangle or outline in "
-            "the object file by as much on each side (docs/object_file.md)"
+            f"{name} goes on for {px:.1f} px beyond its marked outlines, all around, and ends there. Enlarge radius, "
+            f"rectangle or outline in the object file by {left_px:.1f} px{metres} on each side{larger}: objects are "
+            "found by that. Marks change nothing in it; ends of axes that you mark from now on belong on the rim, as "
+            "the camera shows it (docs/object_file.md)"
         )
 
 

@@ -19,7 +19,7 @@ from ..io.base.bars import bar, say
 from ..io.images.decoding import read_image
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects
-from ..io.learned.marked_scales import marked_scales
+from ..io.learned.marked_scales import beyond_marks_px, marked_scales
 from ..io.learned.regions import MarkedImage, drawn_regions, load_regions
 from ..io.sources.frames import once
 from ..io.sources.opening import Frame, SourceOptions, holds_bag, open_sources
@@ -94,7 +94,8 @@ def run(args: argparse.Namespace) -> int:
     learned = learn_from(samples, told, labels, _DRAWS, ranged)
     save_colours(args.output, learned.image)
     scales = marked_scales(args.annotations, setup.targets) if setup is not None else np.zeros(0)
-    print("\n".join(report(learned, setup.bodies if setup is not None else (), scales)))
+    beyond = beyond_marks_px(args.annotations, setup.targets) if setup is not None else {}
+    print("\n".join(report(learned, setup.bodies if setup is not None else (), scales, beyond)))
     for line in size_lines(setup, scales) if setup is not None else ():
         print(line)
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")

@@ -11,7 +11,7 @@ import pytest
 from artrec_ros.core.learning.fixed_distances import fixed_distances
 from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.io.learned.marked_scales import marked_scales
+from artrec_ros.io.learned.marked_scales import beyond_marks_px, marked_scales
 from artrec_ros.io.objects.object_reader import load_object
 
 LEG = """
@@ -53,4 +53,7 @@ def test_the_distances_of_lamps_tell_the_scale_rather_than_their_radii(tmp_path:
         "annotations": [{"image_id": 1, "category_id": 1, "keypoints": [v for x, y in ends for v in (x, y, 2)]}],
     }
     (tmp_path / "coco.json").write_text(json.dumps(content))
-    assert marked_scales([tmp_path / "coco.json"], [Target("leg", leg(tmp_path), 1)]) == pytest.approx([SCALE])
+    coco = tmp_path / "coco.json"
+    assert marked_scales([coco], [Target("leg", leg(tmp_path), 1)]) == pytest.approx([SCALE])
+    assert beyond_marks_px([coco], [Target("leg", leg(tmp_path), 1)]) == {1: pytest.approx(0.06 * SCALE - 5, rel=0.01)}
+    assert beyond_marks_px([coco], [Target("leg", leg(tmp_path, "[1, 0, 0]"), 1)]) == {}

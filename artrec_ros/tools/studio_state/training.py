@@ -15,7 +15,7 @@ from ...core.model.target import Target
 from ...core.ways import FACING, SPACE, way_of
 from ...io.learned.annotations import load_coco
 from ...io.learned.constraints import save_constraints
-from ...io.learned.marked_scales import marked_scales
+from ...io.learned.marked_scales import beyond_marks_px, marked_scales
 from ..colour_report import are_few, scale_limits, scale_line
 from ..colour_report import report as report_colours
 from ..train import Training, train
@@ -127,7 +127,8 @@ def learn_colours(
         return None
     marks.keep(learned)
     scales = marked_scales([examples.path], session.setup.targets)
-    lines = [*report_colours(learned, scales=scales), scale_line(scales)]
+    beyond = beyond_marks_px([examples.path], session.setup.targets)
+    lines = [*report_colours(learned, scales=scales, beyond_px=beyond), scale_line(scales)]
     right = {name: learned.confusion[name].get(name, 0.0) for name in learned.image.classes}
     return LearnedColours(right, tuple(lines))
 

@@ -8,8 +8,12 @@ import re
 from pathlib import Path
 
 import cv2
+import numpy as np
 import pytest
 from painted import (
+    BLUE,
+    FLOOR,
+    RED,
     ROBOTS,
     drawn,
     labels_of,
@@ -149,3 +153,38 @@ def test_outlines_that_are_too_small_are_told_with_how_much(robots: Path, capsys
 def test_outlines_that_end_where_the_paint_does_are_not_told_too_small(robots: Path, capsys) -> None:
     assert learn_robots(robots) == 0
     assert "goes on for" not in capsys.readouterr().out
+
+
+LAMPS = """
+format: artrec_object/1
+name: team
+markers: {{lamp: {{disc: {{radius: {}}}}}}}
+components:
+  red: {{required: true, label: 3, markers: {{lamp: {{pose: {{xyz: [0, 0, 0]}}}}}}}}
+  blue: {{label: 2, markers: {{lamp: {{pose: {{xyz: [0.5, 0, 0]}}}}}}}}
+"""
+
+
+@pytest.mark.parametrize(("radius", "larger"), [(0.05, 3), (0.065, 1.5), (0.08, None)])
+def test_outlines_that_the_object_file_has_large_enough_are_told_no_more(tmp_path, capsys, radius, larger) -> None:
+    """Lamps shine 8 px far, and are marked 5 px far: what the file lacks is told, whatever the marks are."""
+    keypoints = [f"{name}/lamp.{end}" for name in ("red", "blue") for end in ("tail", "head")]
+    images, annotations = [], []
+    for n in range(3):
+        image = np.full((60, 100, 3), FLOOR[::-1], np.uint8)
+        for x, colour in ((25, RED), (75, BLUE)):  # 100 px/m
+            cv2.circle(image, (x, 30), 8, colour[::-1], cv2.FILLED)
+        noise = np.random.default_rng(n).normal(0, 4, image.shape)
+        cv2.imwrite(str(tmp_path / f"{n}.png"), np.clip(image + noise, 0, 255).astype(np.uint8))
+        images.append({"id": n, "file_name": f"{n}.png"})
+        points = [v for x in (20, 30, 70, 80) for v in (x, 30, 2)]
+        annotations.append({"image_id": n, "category_id": 1, "keypoints": points})
+    categories = [{"id": 1, "name": "team", "keypoints": keypoints}]
+    coco = {"images": images, "annotations": annotations, "categories": categories}
+    (tmp_path / "coco.json").write_text(json.dumps(coco))
+    (tmp_path / "robot.yaml").write_text(LAMPS.format(radius))
+    (tmp_path / "robots.yaml").write_text(ROBOTS)
+    assert learn_robots(tmp_path) == 0
+    told = re.findall(r"(\w+) goes on .* by ([0-9.]+) px \(0.0\d* m\) on each side", capsys.readouterr().out)
+    wanted = [] if larger is None else [(name, pytest.approx(larger, abs=0.6)) for name in ("blue", "red")]
+    assert sorted((name, float(px)) for name, px in told) == wanted

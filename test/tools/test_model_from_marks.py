@@ -131,3 +131,52 @@ def test_a_distance_that_no_joint_changes_and_marks_do_is_told(tmp_path, capsys)
     told = [line for line in capsys.readouterr().out.splitlines() if "no joint changes" in line]
     assert len(told) == 1 and told[0].startswith("warning: base/bar and plate/bar: no joint changes their distance")
     assert "0.89 to 1.11 times what it mostly is" in told[0] and "of 12 images" in told[0]
+
+
+LEG = """
+format: artrec_object/1
+name: leg
+markers:
+  large: {disc: {radius: RADIUS}}
+  lamp: {disc: {radius: 0.06}}
+  bar: {outline: [[0, -0.02], [0.2, -0.02], [0.2, 0.02], [0, 0.02]], axis: [[0, 0], [0.2, 0]]}
+components:
+  hip: {required: true, markers: {lamp: {marker: large, pose: {xyz: [0, 0, 0]}}}}
+  knee: {label: 2, markers: {lamp: {pose: {xyz: [0, -0.6, 0]}}}}
+  ankle:
+    label: 3
+    markers: {lamp: {pose: {xyz: [0, -0.5, 0]}}}
+    joint: {parent: knee, origin: {xyz: [0, -0.6, 0]}, axis: [0, 0, 1], limits: [-1.3, 0.5]}
+  side: {label: 4, markers: {bar: {pose: {xyz: [0.2, 0, 0]}}}}
+"""
+
+
+@pytest.mark.parametrize("radius", [0.04, 0.06, 0.08])
+def test_radii_of_discs_stay_and_tell_no_scale(tmp_path, capsys, radius):
+    """They are as large as their colours look, here 6 px and more, and are marked 4 px far; the shank is 0.46 m."""
+    keypoints = [f"{c}/{m}.{end}" for c, m in (("hip", "lamp"), ("knee", "lamp"), ("ankle", "lamp"), ("side", "bar"))
+                 for end in ("tail", "head")]  # fmt: skip
+    rows = []
+    for n in range(10):
+        bend, (c, s) = -1.2 + 0.15 * n, (math.cos(0.4 * n), math.sin(0.4 * n))
+        middles = [(0, 0), (0, 60), (46 * math.sin(bend), 60 + 46 * math.cos(bend))]
+        ends = [(x + aside, y) for x, y in middles for aside in (-4, 4)] + [(20, 0), (38, 0)]  # the bar 0.18 m
+        turned = [(150 + c * x - s * y, 150 + s * x + c * y) for x, y in ends]
+        points = [float(v) for p in turned for v in (*p, 2)]
+        rows.append({"image_id": n, "category_id": 1, "keypoints": points})
+    images = [{"id": n, "file_name": f"{n}.png"} for n in range(10)]
+    coco = {"images": images, "annotations": rows, "categories": [{"id": 1, "name": "leg", "keypoints": keypoints}]}
+    (tmp_path / "marks.json").write_text(json.dumps(coco))
+    (tmp_path / "leg.yaml").write_text(LEG.replace("RADIUS", str(radius)))
+    assert run(tmp_path / "leg.yaml", "--marks", tmp_path / "marks.json", "-o", tmp_path / "made.yaml") == 0
+    told = capsys.readouterr().out
+    made = load_object(tmp_path / "made.yaml")
+    radii = [made.component(name).markers[0].disc_radius for name in ("hip", "knee", "ankle")]
+    assert radii == pytest.approx([radius, 0.06, 0.06])
+    at = {c.name: c.markers[0].T_component_marker.position for c in made.components}
+    shank = at["ankle"] + made.component("ankle").joint.T_parent_joint.position - at["knee"]
+    assert np.linalg.norm(shank) / np.linalg.norm(at["knee"]) == pytest.approx(46 / 60, rel=0.01)
+    assert np.linalg.norm(at["knee"]) == pytest.approx(0.6, rel=0.03)
+    assert "knee/lamp: its radius stays, though marked ends lie 0.67 times as far apart" in told
+    assert "side/bar becomes 8% smaller, as it is marked" in told
+    assert "at the scale that distances tell" in told

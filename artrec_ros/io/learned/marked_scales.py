@@ -42,6 +42,21 @@ def beyond_marks_px(paths: Sequence[str | Path], targets: Sequence[Target]) -> d
     return {label: float(np.median(px)) for label, px in found.items()}
 
 
+def marked_discs(model: ObjectModel, shown: Sequence[Mapping[Key, Instance]]) -> dict[float, float]:
+    """Radius of discs in the object file -> how many times as large they are marked, at the scale that distances
+    between markers tell (median); as of `beyond_marks_px`.
+
+    :param shown: markers of each annotated object.
+    """
+    fixed, found = fixed_distances(model), defaultdict[float, list[float]](list)
+    for own in shown:
+        apart = list(_apart(fixed, own))
+        for key, place in own.items() if apart else ():
+            if (radius := model.markers[key].disc_radius) is not None:
+                found[radius].append(place.scale / _median(apart))
+    return {radius: float(np.median(times)) for radius, times in found.items()}
+
+
 def _shown(
     paths: Sequence[str | Path], targets: Sequence[Target]
 ) -> Iterator[tuple[AnnotatedObject, Target, Mapping[Key, Instance]]]:

@@ -12,17 +12,20 @@ import numpy as np
 from ...core.base.errors import ConfigError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array
+from ...core.learning.fixed_distances import fixed_distances
 from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
-from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew, measure
+from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew
 from ...core.learning.varying_distances import varying_distances
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
 from ...simulation.records import keypoint_names
+from .disc_radii import measure_but_discs
 
 _GLANCE = 24  # marked objects that are enough to see whether there is something to measure
+_WORTH_TELLING = 0.03  # of a marker's size
 _FEW_FAR, _FAR_PX, _FAR = 5, 5.0, 6.0  # marks that are told: so many at most, so many pixels or times as far as most
 
 
@@ -47,11 +50,10 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
         )
     own = annotations.of(_categories_of(model, annotations))
     own.examples(model)  # names a keypoint that is none of the object's
-    marks = [marks_of(model, o.points, o.place) for o in own.objects]
-    print(f"Measuring '{model.name}' in {len(marks)} marked objects ...", file=sys.stderr, flush=True)
-    measured = measure(model, marks, camera)
+    print(f"Measuring '{model.name}' in {len(own.objects)} marked objects ...", file=sys.stderr, flush=True)
+    measured = measure_but_discs(own, model, camera)
     if isinstance(measured, TooFew):
-        raise ConfigError(f"--marks: {_too_few(measured, len(marks), model.name)}")
+        raise ConfigError(f"--marks: {_too_few(measured, len(own.objects), model.name)}")
     return measured
 
 
@@ -91,7 +93,7 @@ def hint(annotations: Annotations, model: ObjectModel, camera: Camera | None, pa
     if not model.is_spatial or (camera is None and not model.is_flat):
         return
     print("Comparing the object file's lengths with the marks ...", file=sys.stderr, flush=True)
-    measured = measure(model, [marks_of(model, o.points) for o in annotations.objects], camera, _GLANCE)
+    measured = measure_but_discs(annotations, model, camera, _GLANCE)
     if isinstance(measured, Measured) and measured.helps:
         yield (
             f"Marked ends lie {measured.before_px:.2f} px (median) from where {path} has them, and "
@@ -115,8 +117,12 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
         yield "The object file holds as it is: nothing is measured better, and it is copied."
         yield from map(_too_narrow, measured.outside)
     else:
-        yield f"All sizes are beside {model.required.name}/{first}'s, which stays."
-        yield from _table(measured.changes, None if metric else measured.extent_m)
+        if not metric and model.required.markers[0].disc_radius is not None and fixed_distances(model):
+            yield "All lengths are at the scale that distances tell which no joint changes, the median of these."
+        else:
+            yield f"All sizes are beside {model.required.name}/{first}'s, which stays."
+        yield from _table(measured, None if metric else measured.extent_m)
+        yield from _sizes(measured)
         yield from _limits(measured.limits)
         yield from map(_stays, measured.kept)
     for place in measured.left_out[:_FEW_FAR]:
@@ -145,15 +151,40 @@ def varying(annotations: Annotations, model: ObjectModel) -> Iterator[str]:
         yield f"warning: so have {len(found) - _FEW_FAR} more distances"
 
 
-def _table(changes: tuple[Change, ...], extent_m: float | None) -> Iterator[str]:
+def _table(measured: Measured, extent_m: float | None) -> Iterator[str]:
     """:param extent_m: what shifts are shares of; None: they are told in millimetres."""
+    changes = measured.changes
     unit, factor = ("mm", 1e3) if extent_m is None else ("% of object", 100 / extent_m)
     width = max([len(f"{c.component}/{c.marker}") for c in changes], default=6)
     yield f"  {'marker':{width}}  size      {f'moved, {unit}':22}  turned    its component's joint moved, {unit}"
     for c in changes:
         name, turned = f"{c.component}/{c.marker}", f"{math.degrees(c.turn):5.1f} deg"
         joint = _row(factor * c.joint_shift) if c.joint_shift.any() else ""
-        yield f"  {name:{width}}  x {c.size:.3f}   {_row(factor * c.shift)}   {turned}   {joint}".rstrip()
+        size = "stays  " if _is_disc(measured.model, c) else f"x {c.size:.3f}"
+        yield f"  {name:{width}}  {size}   {_row(factor * c.shift)}   {turned}   {joint}".rstrip()
+
+
+def _is_disc(model: ObjectModel, change: Change) -> bool:
+    marker = model.markers.get((change.component, change.marker))
+    return marker is not None and marker.disc_radius is not None
+
+
+def _sizes(measured: Measured) -> Iterator[str]:
+    """What becomes of sizes that marks have otherwise than the object file, by more than is worth telling."""
+    for c in measured.changes:
+        name, more = f"{c.component}/{c.marker}", c.size - 1
+        if abs(more) > _WORTH_TELLING and _is_disc(measured.model, c):
+            yield (
+                f"{name}: its radius stays, though marked ends lie {c.size:.2f} times as far apart: colours tell it, "
+                "and artrec learn-colours says where it is too small"
+            )
+        elif more < -_WORTH_TELLING:
+            yield (
+                f"{name} becomes {-more:.0%} smaller, as it is marked: if its colour goes on beyond that (artrec "
+                "learn-colours says so), enlarge it again"
+            )
+        elif more > _WORTH_TELLING:
+            yield f"{name} becomes {more:.0%} larger, as it is marked"
 
 
 def _row(shift: Array) -> str:

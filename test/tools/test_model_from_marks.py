@@ -131,6 +131,31 @@ def test_a_distance_that_no_joint_changes_and_marks_do_is_told(tmp_path, capsys)
     told = [line for line in capsys.readouterr().out.splitlines() if "no joint changes" in line]
     assert len(told) == 1 and told[0].startswith("warning: base/bar and plate/bar: no joint changes their distance")
     assert "0.89 to 1.11 times what it mostly is" in told[0] and "of 12 images" in told[0]
+    assert told[0].endswith("or a joint that slides and is not declared")
+
+
+def test_a_limb_that_leaves_the_plane_is_not_told_to_have_a_second_joint(tmp_path, capsys):
+    """A disc on a joint about another one's middle: its distance changes, and no joint can be declared for that."""
+    source, marks = marked(tmp_path)
+    joint = "{parent: base, axis: [0, 0, 1], limits: [-1, 1]}"
+    disc = f"  wheel: {{markers: {{hub: {{pose: {{xyz: [0.3, 0, 0]}}}}}}, joint: {joint}}}\n"
+    text = JOINTED.replace("ROD", "0.08").replace(
+        "markers:\n  bar", "markers:\n  hub: {disc: {radius: 0.01}}\n  bar", 1
+    )
+    text = text.replace("bar: {pose: {}}", "bar: {pose: {xyz: [-0.05, 0, 0]}}").replace(
+        "origin: {xyz: [0.1", "origin: {xyz: [0.05"
+    )
+    source.write_text(text.replace("  arm:\n", disc + "  arm:\n"))
+    coco = json.loads(marks.read_text())
+    coco["categories"][0]["keypoints"] += ["wheel/hub.tail", "wheel/hub.head"]
+    for row in coco["annotations"]:
+        tail, head = np.reshape(row["keypoints"], (-1, 3))[:2, :2]
+        middle = (tail + head) / 2 + (head - tail) * 3 * (0.89 + 0.02 * row["image_id"])
+        row["keypoints"] += [float(v) for end in (middle - [10, 0], middle + [10, 0]) for v in (*end, 2)]
+    marks.write_text(json.dumps(coco))
+    assert run(source, "--marks", marks) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "base/bar and wheel/hub: no joint" in line]
+    assert len(told) == 1 and "a limb that leaves the plane of the image, whose one joint is in use" in told[0]
 
 
 LEG = """

@@ -17,7 +17,7 @@ from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
 from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
 from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew
-from ...core.learning.varying_distances import varying_distances
+from ...core.learning.varying_distances import Varying, varying_distances
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
@@ -145,10 +145,19 @@ def varying(annotations: Annotations, model: ObjectModel) -> Iterator[str]:
         yield (
             f"warning: {'/'.join(v.first)} and {'/'.join(v.second)}: no joint changes their distance, but marks have "
             f"it {v.least:.2f} to {v.most:.2f} times what it mostly is, off in {v.off} of {v.images} images, most in "
-            f"{v.place}: a mark that is wrong, or a joint that slides and is not declared"
+            f"{v.place}: a mark that is wrong, or {_why_varying(model, v)}"
         )
     if len(found) > _FEW_FAR:
         yield f"warning: so have {len(found) - _FEW_FAR} more distances"
+
+
+def _why_varying(model: ObjectModel, found: Varying) -> str:
+    """What the object may do that its file does not: a component has one joint."""
+    order = [c.name for c in model.components]
+    joint = model.component(max(found.first[0], found.second[0], key=order.index)).joint  # parents come first
+    if joint is None or joint.kind == "fixed":
+        return "a joint that slides and is not declared"
+    return "a limb that leaves the plane of the image, whose one joint is in use (docs/limbs.md says what to do)"
 
 
 def _table(measured: Measured, extent_m: float | None) -> Iterator[str]:

@@ -77,28 +77,28 @@ def explain_once(
 
     :param f2: square of the focal length, pixels. :param strict: who lies on another one must show the rest of itself.
     """
-    taken, shown, n_pairs = room.taken, room.seen, len(s.pairs)
-    for n in range(n_pairs):
-        for k in s.pairs[n]:
-            p = s.patch_of[k]
-            taken[k], shown[k] = 0.0, seen_share(s, p, R[s.component[p]], t[s.component[p]], f2, area_px[p])
-    for n in range(n_pairs):
+    taken, some = room.taken, False
+    for n in range(len(s.pairs)):
         j, k = s.pairs[n, 0], s.pairs[n, 1]
-        if votes[s.patch_of[j]] <= 0.0 or votes[s.patch_of[k]] <= 0.0:
+        p, o = s.patch_of[j], s.patch_of[k]
+        if votes[p] <= 0.0 or votes[o] <= 0.0:
             continue
         share, other = on_each_other(s, j, k, R, t, f2)
-        if votes[s.patch_of[j]] >= votes[s.patch_of[k]]:
-            j, k, share = k, j, other
+        if votes[p] >= votes[o]:
+            j, p, o, share = k, o, p, other
+        if share <= _RIM:
+            continue
         # what is hidden of either lies on neither, and what the likelier one has no label on is not explained by it
-        both_seen = (share + shown[j] + shown[k] - 2.0) / max(shown[j], 1e-9)
-        taken[j] = max(taken[j], min(both_seen, 1.0) * agree[s.patch_of[k]])
-    for n in range(n_pairs):
-        for k in s.pairs[n]:
-            if taken[k] > _RIM:
-                p, left = s.patch_of[k], max(1.0 - taken[k], 1e-9)
-                votes[p] -= taken[k] * s.best[s.role[p]] * area_px[p]
-                area_px[p] *= left
-                agree[p] = min(max((agree[p] - taken[k]) / left, 0.0), 1.0)
-                if strict and taken[k] > limits.shared and agree[p] < limits.rest_agree:
-                    votes[p], agree[p] = min(votes[p], 0.0), 0.0
-                taken[k] = 0.0  # it may be one of several pairs
+        mine = seen_share(s, p, R[s.component[p]], t[s.component[p]], f2, area_px[p])
+        its = seen_share(s, o, R[s.component[o]], t[s.component[o]], f2, area_px[o])
+        taken[j] = max(taken[j], min((share + mine + its - 2.0) / max(mine, 1e-9), 1.0) * agree[o])
+        some = True
+    for k in range(len(taken) if some else 0):
+        if taken[k] > _RIM:
+            p, left = s.patch_of[k], max(1.0 - taken[k], 1e-9)
+            votes[p] -= taken[k] * s.best[s.role[p]] * area_px[p]
+            area_px[p] *= left
+            agree[p] = min(max((agree[p] - taken[k]) / left, 0.0), 1.0)
+            if strict and taken[k] > limits.shared and agree[p] < limits.rest_agree:
+                votes[p], agree[p] = min(votes[p], 0.0), 0.0
+        taken[k] = 0.0

@@ -146,7 +146,6 @@ class Room(NamedTuple):
     depth: Any  # (M,) of their middles
     beyond: Any  # (3, m) points beyond a contour
     taken: Any  # (M,) share of a marker that likelier ones of its class explain
-    seen: Any  # (M,) share of it that is seen
     wide: Any  # (3, 3) a larger marker's place
     moved: Any  # (3,)
 
@@ -165,7 +164,7 @@ def room_of(s: Surface) -> Room:
         np.empty((2, most), np.int32), np.empty(most), np.empty((4, m)), np.empty(most, np.bool_),
         np.empty(n, np.int64), np.empty((n, 3, 3)), np.empty((n, 3)), np.empty((n, 3)),
         np.empty(m, np.int32), is_open, np.empty((n_m, 4, m)), np.empty(n_m, np.bool_),
-        np.empty(n_m), np.empty((3, m)), np.zeros(n_m), np.zeros(n_m),
+        np.empty(n_m), np.empty((3, m)), np.zeros(n_m),
         np.empty((3, 3)), np.empty(3),
     )  # fmt: skip
 

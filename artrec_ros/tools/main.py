@@ -19,7 +19,7 @@ _ENDING = (signal.SIGINT, signal.SIGTERM)  # Ctrl-C, and what service managers a
 COMMANDS = {
     "train": "learn an object's constraints from annotated images",
     "learn-colours": "learn a camera's colours from images in which they are told",
-    "replay": "run the recogniser over bags or folders of images",
+    "replay": "run the recogniser over bags, folders of images or videos",
     "evaluate": "score a replay against the truth",
     "tune": "search parameters on frames with truth",
     "simulate": "render scenes with known truth",

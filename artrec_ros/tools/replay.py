@@ -45,7 +45,7 @@ that recognizer.time_budget_ms cuts short depend on the machine; the summary cou
 
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
-        "replay", help="recognise objects in bags or folders of images", description=__doc__, epilog=_EPILOG
+        "replay", help="recognise objects in bags, folders of images or videos", description=__doc__, epilog=_EPILOG
     )
     p.add_argument(
         "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"

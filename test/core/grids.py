@@ -20,7 +20,7 @@ def grid(columns=3, rows=4, required=(1, 1), outline=None, radius=None):
         for j in range(rows):
             m = marker("m", outline, np.eye(3), (i * PITCH, j * PITCH, 0))
             m = Marker("m", m.outline, m.tail, m.head, radius, m.T_component_marker)
-            parts.append(Component(f"s{i}{j}", (m,), required=(i, j) == required))
+            parts.append(Component(f"s{i}_{j}", (m,), required=(i, j) == required))
     return ObjectModel("grid", tuple(parts))
 
 

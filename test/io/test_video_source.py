@@ -56,10 +56,27 @@ def test_a_reading_goes_on_while_parts_are_counted(film):
     assert both == [(f"film_{n:06d}", 3 * n) for n in range(4)]
 
 
+def test_what_is_read_once_more_to_be_drawn_is_not_decoded_from_the_start_each_time(film, monkeypatch):
+    begun = []
+    opened = cv2.VideoCapture
+    monkeypatch.setattr(cv2, "VideoCapture", lambda *args: begun.append(args) or opened(*args))
+    source = source_of(film)
+    parts = list(source.parts(2))
+    begun.clear()
+    for part in parts:
+        assert told(source.read(part)) == told(source.read(part))
+    assert len(begun) <= 2
+
+
+@pytest.mark.parametrize("options, count", [({}, COUNT), ({"start_offset_s": 1.0, "playback_duration_s": 0.5}, 5)])
+def test_as_many_frames_as_are_asked_for_are_expected(film, options, count):
+    assert source_of(film, **options).count == count
+
+
 def test_what_begins_behind_the_end_is_told(film):
     said = []
     assert not list(source_of(film, said, start_offset_s=9.0))
-    assert said == [f"{film}: nothing of it is read: it lasts 2.50 s, --start-offset is 9"]
+    assert said == [f"{film}: nothing of it is read: it lasts 2.40 s, --start-offset is 9"]
 
 
 def test_class_images_are_in_no_video(film):
@@ -88,6 +105,18 @@ def test_a_video_that_ends_too_early_says_so(tmp_path):
     assert 5 < count < COUNT - 5
     (problem,) = source.problems
     assert problem.startswith(f"{path}: it ends after {count} of the ")
+
+
+def test_a_bag_may_be_called_like_a_video(tmp_path):
+    (tmp_path / "film.mp4").mkdir()
+    with pytest.raises(SourceError, match="neither a bag"):
+        open_sources([tmp_path / "film.mp4"])
+
+
+def test_the_video_of_a_replay_is_no_input(tmp_path, film):
+    film.rename(tmp_path / "video.mp4")
+    (item,) = take_stock([tmp_path])
+    assert item.error is not None and "video" not in str(item.content)
 
 
 def test_inspect_looks_at_a_few_frames(film):

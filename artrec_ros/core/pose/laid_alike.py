@@ -7,6 +7,7 @@ the place of one is like_sides.py's.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from .poses import Poses
 from .surface_model import SpatialModel
 
 _MOST = 63  # as likely ones: each of more would have less than what anything is told by
+_AT_ONCE = 1024  # of moves, for what large boards take of memory
 _MOST_KNOWN = 256  # sets of markers that are seen
 _SAME_WAY = 0.9  # cosine of two normals: what turns by more is another side
 _ACROSS = 0.1  # sine between a marker's normal and the way to another one, from which on both tell a turn
@@ -57,10 +59,8 @@ class LaidAlike:
         return Poses(R @ moves.R, moves.t @ R.T + t, np.tile(pose.q, (len(moves.R), 1)))
 
     def _moves(self, seen: NDArray[np.int64]) -> _Moves:
-        R, t = self._proposed(seen)
-        on_like = np.flatnonzero(self._layout.cover(R, t, seen))
         every, kept = np.arange(len(self._markers)), (np.eye(3)[None], np.zeros((1, 3)))
-        for turn, shift in zip(R[on_like], t[on_like], strict=True):
+        for turn, shift in self._covering(seen):
             back = np.swapaxes(kept[0], 1, 2)
             onto = back @ turn, np.einsum("kij,kj->ki", back, shift - kept[1])
             if not self._layout.cover(*onto, every).any():
@@ -68,6 +68,14 @@ class LaidAlike:
             if len(kept[0]) > _MOST:
                 break
         return _Moves(kept[0][1:], kept[1][1:])
+
+    def _covering(self, seen: NDArray[np.int64]) -> Iterator[tuple[Array, Array]]:
+        """Those proposed that lay like markers on all that are seen."""
+        R, t = self._proposed(seen)
+        for begin in range(0, len(R), _AT_ONCE):
+            some, shifts = R[begin : begin + _AT_ONCE], t[begin : begin + _AT_ONCE]
+            on_like = np.flatnonzero(self._layout.cover(some, shifts, seen))
+            yield from zip(some[on_like], shifts[on_like], strict=True)
 
     def _proposed(self, seen: NDArray[np.int64]) -> _Moves:
         """Moves that lay two markers on like ones that are seen: on those two of these that lie farthest apart."""

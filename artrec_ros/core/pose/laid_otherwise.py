@@ -39,22 +39,28 @@ class LaidOtherwise(NamedTuple):
         log_odds[row] = -self.log_odds[row]
         return LaidOtherwise(poses, log_odds)
 
+    def as_found(self) -> LaidOtherwise:
+        """Of the object that is told as it was found for all that."""
+        return self._replace(log_odds=np.minimum(self.log_odds, 0.0))
+
 
 def likelier_laid(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
-) -> tuple[Poses, Sequence[LaidOtherwise | None]]:
-    """H poses at rest, laid otherwise where that is clearly likelier, and how else each may be laid.
+) -> tuple[Poses, Sequence[LaidOtherwise | None], Sequence[LaidOtherwise | None]]:
+    """H poses at rest, laid otherwise where that is clearly likelier; how else each may be laid, and how else those may
+    that were found.
 
     :param used: (H, M) markers that the labels support.
     """
-    told, out = [poses[h : h + 1] for h in range(len(poses))], list[LaidOtherwise | None]()
-    for h, pose in enumerate(told):
-        laid = _others(finder, frame, pose, used[h])
+    told = [poses[h : h + 1] for h in range(len(poses))]
+    found = [_others(finder, frame, pose, used[h]) for h, pose in enumerate(told)]
+    out = list(found)
+    for h, laid in enumerate(found):
         if laid is not None and laid.log_odds.max() > 0:
             row = int(np.argmax(laid.log_odds))
-            told[h], laid = laid.poses[row : row + 1], laid.told_as(row, pose)
-        out.append(laid)
-    return Poses.concatenate([poses[:0], *told]) if any(out) else poses, out
+            told[h], out[h] = laid.poses[row : row + 1], laid.told_as(row, told[h])
+    moved = any(a is not b for a, b in zip(found, out, strict=True))
+    return Poses.concatenate(told) if moved else poses, out, [laid and laid.as_found() for laid in found]
 
 
 def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> LaidOtherwise | None:

@@ -81,10 +81,11 @@ class Layout:
     def cover(self, R: Array, t: Array, some: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(K,) after which moves like markers lie on each of some: one after the other, for few do on the first."""
         left = np.arange(len(R))
-        there = self.at @ np.swapaxes(R, 1, 2) + t[:, None]
+        size2 = (self.at**2).sum(axis=1)
         for m in some.tolist():
-            off = there[left] - self.at[m]
-            near = (np.einsum("kmi,kmi->km", off, off) < self.near_m[m] ** 2) & self.same[:, m]
+            before = ((self.at[m] - t[left])[:, None] @ R[left])[:, 0]  # where that which lies there has come from
+            off2 = (before**2).sum(axis=1)[:, None] - 2 * before @ self.at.T + size2
+            near = (off2 < self.near_m[m] ** 2) & self.same[:, m]
             one_way = self.normal @ (self.normal[m] @ R[left])[..., None] > _SAME_WAY
             left = left[(near & one_way[..., 0]).any(axis=1)]
         return np.isin(np.arange(len(R)), left)

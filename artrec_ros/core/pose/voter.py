@@ -44,7 +44,8 @@ class Voter:
 
     def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        if occlusion and (known := self._known(frame, poses)) is not None:
+        # what verdicts ask of parts that lie on each other no search asks: its votes are never those that were kept
+        if occlusion and not len(self.surface.compiled.pairs) and (known := self._known(frame, poses)) is not None:
             return self.total(known)
         surface, view, out = self.surface, frame.view, np.empty(len(poses))
         value = self.value._replace(occlusion=occlusion)

@@ -28,7 +28,7 @@ from .verdicts import Verdict
 class AtRest(NamedTuple):
     """H objects as they are told.
 
-    :ivar verdicts: on them: anew on those that are turned or bent otherwise than they were found.
+    :ivar verdicts: on them: anew on those that are laid, turned or bent otherwise than they were found.
     :ivar frames: what of the image each is looked for in: without what nearer ones hide. :ivar used: (H, M) markers
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
@@ -107,7 +107,7 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     finder.voter.keep(frame, poses)
-    lie, laid = likelier_laid(finder, hurried, poses, used)
+    lie, laid, as_found = likelier_laid(finder, hurried, poses, used)
     bent, more = likelier_bends(finder, hurried, lie)
     likelier, others = likelier_turns(finder, frame, bent)
     moved = _moved(poses, likelier)
@@ -115,14 +115,21 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.voter.supports(frame, likelier[moved])
     rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, laid, more, likelier)
-    return _judged_anew(finder, rest, first, _moved(first, likelier).tolist())
+    return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
 
 
-def _judged_anew(finder: WholeObjectFinder, rest: AtRest, first: Poses, moved: list[int]) -> AtRest:
+def _judged_anew(
+    finder: WholeObjectFinder,
+    rest: AtRest,
+    first: Poses,
+    moved: list[int],
+    as_found: Sequence[LaidOtherwise | None],
+) -> AtRest:
     """With those that are turned or bent otherwise than they were found as they are judged there, for other components
     may be where these have them; where that is no object any more, as it was found.
 
-    :param first: H poses at rest as they were found. :param moved: rows that are elsewhere.
+    :param first: H poses at rest as they were found. :param moved: rows that are elsewhere. :param as_found: how else
+        the former may be laid.
     """
     judge, verdicts, rows = Judge.of(finder.config), list(rest.verdicts), list(range(len(first)))
     for n in moved:
@@ -140,7 +147,7 @@ def _judged_anew(finder: WholeObjectFinder, rest: AtRest, first: Poses, moved: l
     others, elsewhere = (
         [None if n in back else other for n, other in enumerate(column)] for column in (rest.others, rest.elsewhere)
     )
-    laid = [None if n in back else other for n, other in enumerate(rest.laid)]
+    laid = [as_found[n] if n in back else other for n, other in enumerate(rest.laid)]
     return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, poses)
 
 

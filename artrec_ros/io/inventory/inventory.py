@@ -28,7 +28,7 @@ from ..objects.object_reader import load_object
 from ..parameters.parameter_file import load_parameters
 from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
-from ..results.results import DETECTIONS_FILE, read_results
+from ..results.results import DETECTIONS_FILE, VIDEO_FILE, read_results
 from ..sources.frames import SourceOptions
 from ..sources.video_source import VideoSource
 from ..truth.records import load_truth
@@ -93,7 +93,7 @@ def _known_kind(path: Path) -> bool:
 
 
 _KNOWN = (*_YAML, ".json", ".jsonl", ".svg", ".urdf", *BAG_SUFFIXES, *VIDEO_SUFFIXES)
-_OTHERS = ("metadata.yaml", JOURNAL_FILE)
+_OTHERS = ("metadata.yaml", JOURNAL_FILE, VIDEO_FILE)  # what replays write is no input
 
 
 def _reader(path: Path, more: Sequence[Path], images_folder: Path | None) -> tuple[str, Callable[[Path], Content]]:
@@ -173,7 +173,10 @@ def _read_images(path: Path) -> Sample:
 def _read_video(path: Path) -> Sample:
     video = VideoSource(path, SourceOptions())
     try:
-        return Sample(str(path), video.count, tuple(video.sample(_SAMPLES)))
+        images = video.sample(_SAMPLES)
+        if not images:
+            raise SourceError(f"{path}: no frame of it can be decoded")
+        return Sample(str(path), video.count, tuple(images))
     finally:
         video.close()
 

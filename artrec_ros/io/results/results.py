@@ -14,7 +14,7 @@ from ..base.typed import typed
 from .found_objects import detection_of, detection_to_dict, rejection_to_dict, rounded
 from .line_format import Line
 
-DETECTIONS_FILE, SUMMARY_FILE = "detections.jsonl", "summary.json"
+DETECTIONS_FILE, SUMMARY_FILE, VIDEO_FILE = "detections.jsonl", "summary.json", "video.mp4"
 
 
 @dataclass(frozen=True)

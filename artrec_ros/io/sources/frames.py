@@ -69,7 +69,7 @@ class Part:
 
     :param first: the number of the first one; `count`: how many they are.
     :param from_ns: bags: where to begin to read, by the time of recording; None: at the start.
-    :param skip: bags: how many images come from there on before the first one.
+    :param skip: bags: how many images come from there on before the first one; videos: from the start.
     :param camera: bags: the calibration that holds before the first one.
     """
 
@@ -81,7 +81,10 @@ class Part:
 
 
 class Source(ABC):
-    """One bag or folder. `count` is how many frames to expect at most; `calibrated`: whether a calibration is there."""
+    """One bag, folder or video.
+
+    :ivar count: frames to expect at most. :ivar calibrated: whether a calibration is there.
+    """
 
     count: int
     calibrated: bool

@@ -129,7 +129,7 @@ class Sources:
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
         if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options, report)
-        if path.suffix.lower() in VIDEO_SUFFIXES:
+        if path.suffix.lower() in VIDEO_SUFFIXES and not path.is_dir():
             video = VideoSource(path, options, report)
             self._stack.callback(video.close)
             return video

@@ -15,6 +15,7 @@ from ..images.decoding import Image
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 _ENOUGH = 0.95  # of the frames that a file announces, which may be an estimate
+_AT_ONCE = 3  # readings that go on: of what is recognised, of what is drawn, and of what is copied
 
 
 class _Decoder:
@@ -52,22 +53,26 @@ class VideoSource(Source):
     """
 
     def __init__(self, path: Path, options: SourceOptions, report: Report = lambda _: None) -> None:
-        self._decoder = _Decoder(path)
+        first = _Decoder(path)
+        self._decoders = [first]
         if options.image_kind == "labels":
             raise SourceError(
                 f"{path}: a video holds colours, and class images are wanted (image.kind: labels): give images or a "
                 "bag, or learn colours from frames of it (image.kind: colour)"
             )
         self.path, self._options, self._report = path, options, once(report)
-        self._rate_hz = self._decoder.rate_hz or options.rate_hz
-        self.count = self._announced = max(0, self._decoder.announced)
-        self._seen = self.count
-        if not self.count:  # what browsers record does not tell it
-            self.count = sum(1 for _ in self._decoder.decoded())
+        self._rate_hz = first.rate_hz or options.rate_hz
+        self._announced = self._seen = max(0, first.announced)
+        count = self._announced or sum(1 for _ in first.decoded())  # what browsers record does not tell it
+        start_ns, stop_ns = options.span_ns(0)
+        ends = 0 if stop_ns is None else stop_ns
+        first_of, last_of = (min(count, round(ns * 1e-9 * self._rate_hz)) for ns in (start_ns, ends))
+        self.count = max(0, (count if stop_ns is None else last_of) - first_of)
         self.calibrated = options.camera is not None
 
     def close(self) -> None:
-        self._decoder.close()
+        for decoder in self._decoders:
+            decoder.close()
 
     @property
     def problems(self) -> list[str]:
@@ -76,13 +81,11 @@ class VideoSource(Source):
         return [f"{self.path}: it ends after {self._seen} of the {self._announced} frames that it announces"]
 
     def __iter__(self) -> Iterator[Frame]:
-        self._tell()
         decoder = _Decoder(self.path)
         for number, stamp_ns in self._within(decoder):
             yield self._frame(decoder, number, stamp_ns)
 
     def parts(self, size: int) -> Iterator[Part]:
-        self._tell()
         part = Part(0, 0)
         for place, (number, _) in enumerate(self._within(_Decoder(self.path))):
             if part.count in (0, size):
@@ -92,11 +95,16 @@ class VideoSource(Source):
         yield from [part] if part.count else []
 
     def read(self, part: Part) -> Iterator[Frame]:
-        """Parts that follow one another are decoded in one go."""
-        if self._decoder.number > part.skip:
-            self._decoder.close()
-            self._decoder = _Decoder(self.path)
-        decoder = self._decoder
+        """Parts that follow one another are decoded in one go, also where each is read twice."""
+        decoder = max((d for d in self._decoders if d.number <= part.skip), key=lambda d: d.number, default=None)
+        if decoder is None:
+            decoder = _Decoder(self.path)
+        else:
+            self._decoders.remove(decoder)
+        self._decoders.append(decoder)  # the one that was used last comes last
+        for old in self._decoders[:-_AT_ONCE]:
+            old.close()
+        del self._decoders[:-_AT_ONCE]
         for number, told_ms in islice(decoder.decoded(part.skip), part.count):
             yield self._frame(decoder, number, self._stamp_ns(number, told_ms))
 
@@ -106,14 +114,10 @@ class VideoSource(Source):
         chosen = (decoder.image() for number, _ in decoder.decoded() if number % every == 0)
         return [image for image in islice(chosen, most) if image is not None]
 
-    def _tell(self) -> None:
-        """Said by whoever reads all, not by each worker."""
-        if line := self._options.why_none(self.count / self._rate_hz):
-            self._report(f"{self.path}: {line}")
-
     def _within(self, decoder: _Decoder) -> Iterator[tuple[int, int]]:
         """Numbers and stamps (ns) of what is asked for of it."""
         start_ns, stop_ns = self._options.span_ns(0)
+        stamp_ns = 0
         for number, told_ms in decoder.decoded():
             stamp_ns = self._stamp_ns(number, told_ms)
             if stop_ns is not None and stamp_ns >= stop_ns:
@@ -121,6 +125,8 @@ class VideoSource(Source):
             if stamp_ns >= start_ns:
                 yield number, stamp_ns
         self._seen = decoder.number
+        if line := self._options.why_none(stamp_ns * 1e-9):  # how long it lasts is known now
+            self._report(f"{self.path}: {line}")
 
     def _stamp_ns(self, number: int, told_ms: float) -> int:
         return round(told_ms * 1e6) if told_ms > 0 else round(number * 1e9 / self._rate_hz)

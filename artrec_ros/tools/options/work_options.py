@@ -32,7 +32,13 @@ def add_source_options(p: argparse.ArgumentParser) -> None:
     p.add_argument("--start-offset", type=seconds, default=0.0, metavar="S", help="skip S seconds of each source")
     p.add_argument("--playback-duration", type=seconds, metavar="S", help="read S seconds of each source")
     p.add_argument("-s", "--storage", choices=sorted(STORAGES), help="read only bag files of this kind")
-    p.add_argument("--rate", type=rate, default=30.0, metavar="HZ", help="rate of image folders (default: 30)")
+    p.add_argument(
+        "--rate",
+        type=rate,
+        default=30.0,
+        metavar="HZ",
+        help="rate of folders, and videos that tell none (default: 30)",
+    )
 
 
 def add_worker_options(p: argparse.ArgumentParser) -> None:

@@ -13,10 +13,10 @@ from typing import Any
 from ...core.base.errors import ArtrecError, SourceError
 from ...io.base.whole_files import LineFile, held, make_folder, why_unwritable, write_whole
 from ...io.results.journal import JOURNAL_FILE, Journal, Recognised
-from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, FrameRecord, read_results
+from ...io.results.results import DETECTIONS_FILE, SUMMARY_FILE, VIDEO_FILE, FrameRecord, read_results
 from ...io.results.summary_file import read_summary
 from .names import FRAMES_FOLDER, PARAMETERS_FILE
-from .pictures import UNFINISHED, VIDEO_FILE
+from .pictures import UNFINISHED
 from .plan import PLAN_FILE, check_plan, write_plan
 from .summary import Summary
 

@@ -17,12 +17,13 @@ from ...io.base.whole_files import write_whole
 from ...io.images.video import VideoWriter
 from ...io.results.journal import Recognised
 from ...io.results.result_bag import ResultBag
+from ...io.results.results import VIDEO_FILE
 from ...io.sources.frames import Source
 from .names import FRAMES_FOLDER, overlay_name
 from .rerun_file import RerunFile
 from .work import Drawn, Wanted
 
-VIDEO_FILE, UNFINISHED = "video.mp4", "unfinished"
+UNFINISHED = "unfinished"
 
 
 @dataclass(frozen=True)

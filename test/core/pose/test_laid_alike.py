@@ -11,6 +11,7 @@ from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose import laid_otherwise
 from artrec_ros.core.pose.laid_alike import LaidAlike
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -127,3 +128,19 @@ def test_what_lies_out_of_the_picture_hides_nothing():
     there = centres(model, Poses(found.pose.rotation[None], found.pose.position[None], pose.q))
     assert found.score > 0.9
     assert np.linalg.norm(there[:, None] - centres(model, pose), axis=2).min(axis=1).max() < 0.1 * PITCH
+
+
+def test_doubt_stays_where_the_likelier_place_is_refused(monkeypatch):
+    """It is told as it was found, for what is required is not seen there: the other place is as likely for all that."""
+    found = laid_otherwise.even_odds
+    monkeypatch.setattr(laid_otherwise, "even_odds", lambda *args: found(*args) + 2.0)
+    model = dots(6, 3)
+    labels = shown(model, at(-0.1, 0.1, 1.0, 0.2, 0.5), range(3))
+    for told in found_in(model, labels).detections:
+        assert told.score < 0.7 and told.other_place is not None
+
+
+def test_a_large_board_takes_little_time_and_memory():
+    model = dots(20, 20)
+    others, seen = laid(model, lambda i, _: i < 10, at())
+    assert len(others) >= 10 and seen.sum() == 200

@@ -43,12 +43,13 @@ class Siblings:
         """Of H poses at rest. :param frames: in which each is looked at. :param seen: of each the components that are.
         :param used: (H, M) markers that the labels support."""
         each = enumerate(zip(frames, seen, used, strict=True))
-        return [self._of_one(frame.unhurried(), poses[h : h + 1], mine, row) for h, (frame, mine, row) in each]
+        return [self._of_one(frame, poses[h : h + 1], mine, row) for h, (frame, mine, row) in each]
 
     def _of_one(self, frame: ImageFrame, pose: Poses, seen: Collection[int], used: NDArray[np.bool_]) -> Bent:
         stays, variance = dict[str, float](), dict[str, float]()
         if not self._like.any() or frame.deadline.expired:
             return Bent(stays, variance)
+        frame = frame.unhurried()
         shown = {c: int(rows[0]) for c in seen if len(rows := np.flatnonzero(used & (self._component == c)))}
         doubts = list[tuple[set[int], float, Array]]()
         for n, laid in enumerate(self._ways(shown)):

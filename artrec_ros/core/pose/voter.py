@@ -25,12 +25,14 @@ class Voter:
         self.value = Value(components, surface.root, hidden_cost, occlusion=True)
         self._patches = np.arange(len(surface.patches))
         self._kept: tuple[LabelField, Poses, PatchScores] | None = None
+        self._kept_votes: Array | None = None
 
     def keep(self, frame: ImageFrame, poses: Poses, scores: PatchScores | None = None) -> None:
         """Remember what the labels say of these hypotheses, until others are kept: all who compare others with them ask
         for it. :param scores: None: not known yet."""
         if self._known(frame, poses) is None:
             self._kept = frame.field, poses, scores or self.judge(frame, poses, occlusion=True)
+            self._kept_votes = None
 
     def _known(self, frame: ImageFrame, poses: Poses) -> PatchScores | None:
         kept = self._kept
@@ -44,9 +46,14 @@ class Voter:
 
     def votes(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
-        # what verdicts ask of parts that lie on each other no search asks: its votes are never those that were kept
-        if occlusion and not len(self.surface.compiled.pairs) and (known := self._known(frame, poses)) is not None:
-            return self.total(known)
+        if not occlusion or (known := self._known(frame, poses)) is None:
+            return self._counted(frame, poses, occlusion=occlusion)
+        if self._kept_votes is None:  # what verdicts ask of parts that lie on each other no search asks
+            again = len(self.surface.compiled.pairs) > 0
+            self._kept_votes = self._counted(frame, poses, occlusion=True) if again else self.total(known)
+        return self._kept_votes.copy()  # a climb changes them in place
+
+    def _counted(self, frame: ImageFrame, poses: Poses, *, occlusion: bool) -> Array:
         surface, view, out = self.surface, frame.view, np.empty(len(poses))
         value = self.value._replace(occlusion=occlusion)
         R, t, q = poses.R, poses.t, poses.q

@@ -48,8 +48,8 @@ class Voter:
         """(H,) votes of whole objects; a component that speaks against itself counts as hidden, at a price."""
         if not occlusion or (known := self._known(frame, poses)) is None:
             return self._counted(frame, poses, occlusion=occlusion)
-        if self._kept_votes is None:  # what verdicts ask of parts that lie on each other no search asks
-            again = len(self.surface.compiled.pairs) > 0
+        if self._kept_votes is None:  # what verdicts refuse of parts that lie on each other no search does
+            again = bool(((known.votes == 0.0) & (known.area_px > 0.0)).any())
             self._kept_votes = self._counted(frame, poses, occlusion=True) if again else self.total(known)
         return self._kept_votes.copy()  # a climb changes them in place
 

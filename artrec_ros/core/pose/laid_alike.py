@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
-from .layout import Layout, placed_markers
+from .layout import SAME_WAY, Layout, placed_markers
 from .lookalikes import ALIKE_TURN, turns_alike
 from .poses import Poses
 from .surface_model import SpatialModel
@@ -22,7 +22,6 @@ from .surface_model import SpatialModel
 _MOST = 63  # as likely ones: each of more would have less than what anything is told by
 _AT_ONCE = 1024  # of moves, for what large boards take of memory
 _MOST_KNOWN = 256  # sets of markers that are seen
-_SAME_WAY = 0.9  # cosine of two normals: what turns by more is another side
 _ACROSS = 0.1  # sine between a marker's normal and the way to another one, from which on both tell a turn
 
 
@@ -37,9 +36,9 @@ class LaidAlike:
     """Those of one object; none of one that has joints, for what lies on what depends on them."""
 
     def __init__(self, surface: SpatialModel) -> None:
-        every = placed_markers(surface)
         # of balls, too, which show one side in any turn
-        self._markers = [] if surface.kinematics.n_joints or surface.sides.balls else every
+        none = surface.kinematics.n_joints > 0 or len(surface.sides.balls) > 0
+        self._markers = every = [] if none else placed_markers(surface)
         self._layout, self._R = Layout(every), np.array([m.whole.rotation for m in every])
         kinds = {id(m.marker): n for n, m in enumerate(every)}
         self._kind = [kinds[id(m.marker)] for m in every]
@@ -86,7 +85,7 @@ class LaidAlike:
         there, is_told = self._along(np.array([i]), np.array([j]))
         own, tell = self._along(p, q)
         R, normal = there @ np.swapaxes(own, 1, 2), layout.normal[seen]
-        same_side = (np.einsum("kij,nj->kni", R, normal) * normal).sum(axis=2) > _SAME_WAY
+        same_side = (np.einsum("kij,nj->kni", R, normal) * normal).sum(axis=2) > SAME_WAY
         kept = np.flatnonzero(tell & is_told & same_side.all(axis=1))
         kept = kept[[self._looks_alike(R[k], int(p[k]), i) for k in kept.tolist()]]
         middle, on = (layout.at[p[kept]] + layout.at[q[kept]]) / 2, (layout.at[i] + layout.at[j]) / 2

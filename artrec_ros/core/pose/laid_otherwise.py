@@ -86,7 +86,7 @@ def _log_unseen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scor
     for itself, or all together, and then any number of them as easily."""
     surface, share, (width, height) = finder.surface, finder.config.verdict.hidden_share, frame.camera.size
     at = finder.through_middles.places(poses, surface.markers)
-    x, y = project(frame.camera, at.reshape(-1, 3)).reshape(*at.shape[:2], 2).transpose(2, 0, 1)
+    x, y = project(frame.camera, at).transpose(2, 0, 1)
     in_view = (scores.area_px[:, surface.marker_columns] > finder.config.min_blob_px) & (at[..., 2] > LEAST_DEPTH_M)
     in_view &= (x > 0) & (x < width - 1) & (y > 0) & (y < height - 1)
     count = (in_view & ~finder.voter.supported(scores)).sum(axis=1)

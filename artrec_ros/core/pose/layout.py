@@ -11,9 +11,9 @@ from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..model.marker import Marker
 from .surface_model import SpatialModel
 
-SAME_SIZE = 0.08  # logarithm of the roots of areas that differ by less are one size
+_SAME_SIZE = 0.08  # logarithm of the roots of areas that differ by less are one size
 NEAR = 0.25  # markers whose centres are nearer cover one another, as a share of the root of their area
-_SAME_WAY = 0.9  # cosine of their normals
+SAME_WAY = 0.9  # cosine of their normals
 
 
 class Placed(NamedTuple):
@@ -69,14 +69,14 @@ class Layout:
         numbers = {labels: n for n, labels in enumerate({m.labels for m in markers})}
         of = np.array([numbers[m.labels] for m in markers], int)
         self.near_m = NEAR * size
-        self.same = (np.abs(np.log(size[:, None] / size)) < SAME_SIZE) & (of[:, None] == of)
+        self.same = (np.abs(np.log(size[:, None] / size)) < _SAME_SIZE) & (of[:, None] == of)
 
     def alike(self, R: Array, t: Array) -> NDArray[np.bool_]:
         """(K, M, M) which markers lie on which, of their size and class. :param R, t: (K, 3, 3), (K, 3) moves."""
         there = self.at @ np.swapaxes(R, 1, 2) + t[:, None]
         off = (there**2).sum(axis=2)[:, :, None] + (self.at**2).sum(axis=1) - 2 * there @ self.at.T
         near = self.same & (off < self.near_m**2)
-        return np.asarray(near & (self.normal @ np.swapaxes(R, 1, 2) @ self.normal.T > _SAME_WAY))
+        return np.asarray(near & (self.normal @ np.swapaxes(R, 1, 2) @ self.normal.T > SAME_WAY))
 
     def cover(self, R: Array, t: Array, some: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(K,) after which moves like markers lie on each of some: one after the other, for few do on the first."""
@@ -86,6 +86,6 @@ class Layout:
             before = ((self.at[m] - t[left])[:, None] @ R[left])[:, 0]  # where that which lies there has come from
             off2 = (before**2).sum(axis=1)[:, None] - 2 * before @ self.at.T + size2
             near = (off2 < self.near_m[m] ** 2) & self.same[:, m]
-            one_way = self.normal @ (self.normal[m] @ R[left])[..., None] > _SAME_WAY
+            one_way = self.normal @ (self.normal[m] @ R[left])[..., None] > SAME_WAY
             left = left[(near & one_way[..., 0]).any(axis=1)]
         return np.isin(np.arange(len(R)), left)

@@ -44,17 +44,18 @@ def turn_odds(
 
     :param component: by what one component shows alone; None: by all that is known.
     """
-    config = finder.config.verdict
-    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    return evidence(finder, frame, poses, others, component).log_odds(weights)
+    return evidence(finder, frame, poses, others, component).log_odds(_weights(finder, frame))
 
 
 def even_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
     """The same of others that show the same in the same places by other markers: before anything is known of them they
     are as likely."""
+    return evidence(finder, frame, poses, others).log_odds((0.0, *_weights(finder, frame)[1:]))
+
+
+def _weights(finder: WholeObjectFinder, frame: ImageFrame) -> Sequence[float]:
     config = finder.config.verdict
-    weights = config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
-    return evidence(finder, frame, poses, others).log_odds((0.0, *weights[1:]))
+    return config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
 
 
 def evidence(

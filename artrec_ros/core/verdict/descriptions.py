@@ -11,6 +11,7 @@ from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing
+from ..model.kinematics import Frames
 from ..pose.along_joints import AlongJoints
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_layouts import Layouts
@@ -38,11 +39,13 @@ _NO_PART = Part(-1, 0.0)
 class _Looks(NamedTuple):
     """What the image shows of H objects at rest.
 
-    :ivar parts: what shows each component. :ivar told: of that what is told. :ivar seen: components told that are seen.
+    :ivar frames: where their components are. :ivar parts: what shows each. :ivar told: of that what is told.
+    :ivar seen: components told that are seen.
     :ivar shows: in which frame each is looked at. :ivar layouts: how else they may lie; None: not asked.
     :ivar names: their identities by number.
     """
 
+    frames: Frames
     parts: list[Parts]
     told: list[Parts]
     seen: list[set[int]]
@@ -124,17 +127,17 @@ class Describer:
         layouts = Layouts.around(finder, frame, poses, shows, seen) if compared else None
         read, probable = self._identifier.identify(frame, poses, seen, layouts), [v.probability for v in verdicts]
         identities = doubted(read, probable, finder.config.verdict.misread)
-        return _Looks(parts, told, seen, shows, layouts, identities, self._identifier.numbers(identities))
+        frames, names = finder.surface.kinematics.seen(poses.R, poses.t, poses.q), self._identifier.numbers(identities)
+        return _Looks(frames, parts, told, seen, shows, layouts, identities, names)
 
     def _as_seen(
         self, rest: AtRest, looks: _Looks, frame: ImageFrame, among: Sequence[Verdict], blobs: Sequence[Blob]
     ) -> list[Detection]:
         """What the image shows of each, whatever else may be true."""
-        finder, verdicts, poses = self.finder, rest.verdicts, rest.poses
+        finder, verdicts, poses, frames = self.finder, rest.verdicts, rest.poses, looks.frames
         # what faces the camera has a pose on the scene's plane alone
         asked = not finder.facing or frame.scene.plane is not None
         covariances = list(rest.covariances(finder)) if asked else [None] * len(poses)
-        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         shown = looks.layouts.read.shown[: len(poses)] if looks.layouts is not None else ()
         classes = [finder.alternatives.shows(of) for of in shown]
         parts, view = self._in_view.of(verdicts, looks.told, frames, frame, among, classes)
@@ -157,11 +160,10 @@ class Describer:
     ) -> list[Detection]:
         """Detections with what else may be true of them: turns, ways to bend and places, and blobs that they leave."""
         finder, poses = self.finder, rest.poses
-        frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         ways = self._other_ways.of(looks.shows, poses, looks.seen, rest.used)
         bends = self._along_joints.of(looks.shows, poses, looks.seen)
         siblings = self._siblings.of(looks.shows, poses, looks.seen, rest.used)
-        left_over = self._left_over.of(looks.seen, frames, frame, blobs, among or rest.verdicts)
+        left_over = self._left_over.of(looks.seen, looks.frames, frame, blobs, among or rest.verdicts)
         out = list[Detection]()
         for n, d in enumerate(detections):
             d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])

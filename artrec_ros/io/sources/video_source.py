@@ -64,10 +64,8 @@ class VideoSource(Source):
         self._rate_hz = first.rate_hz or options.rate_hz
         self._announced = self._seen = max(0, first.announced)
         count = self._announced or sum(1 for _ in first.decoded())  # what browsers record does not tell it
-        start_ns, stop_ns = options.span_ns(0)
-        ends = 0 if stop_ns is None else stop_ns
-        first_of, last_of = (min(count, round(ns * 1e-9 * self._rate_hz)) for ns in (start_ns, ends))
-        self.count = max(0, (count if stop_ns is None else last_of) - first_of)
+        start, stop = (None if ns is None else round(ns * 1e-9 * self._rate_hz) for ns in options.span_ns(0))
+        self.count = len(range(count)[start:stop])
         self.calibrated = options.camera is not None
 
     def close(self) -> None:

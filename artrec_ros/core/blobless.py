@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .geometry.scene import Scene
+from .image.blobs import Blob
 from .image.segmentation import rectangles
 from .model.found import Rejection
 from .model.target import Target
@@ -33,16 +34,37 @@ def blobless(
 
 
 def rootless(
-    labels: NDArray[np.uint8], targets: Sequence[Target], min_blob_px: float, scene: Scene
+    labels: NDArray[np.uint8],
+    targets: Sequence[Target],
+    min_blob_px: float,
+    scene: Scene,
+    others: Sequence[Blob] = (),
 ) -> Iterator[Rejection]:
     """The same of objects of whose required component no blob was found, where others were: what of it is as good as
-    large enough."""
+    large enough, else those of its other components.
+
+    :param others: blobs that may be other components', with which nothing is begun.
+    """
     for target in targets:
         mask = np.isin(labels, list(target.root_labels))
         least_px = _SPECK * min_blob_px
-        yield from _small_or_outside(
-            target.name, mask, min_blob_px, scene, "its required component's classes", least_px
-        )
+        small = [
+            *_small_or_outside(target.name, mask, min_blob_px, scene, "its required component's classes", least_px)
+        ]
+        yield from small or _headless(target, [b for b in others if b.label in target.labels])
+
+
+def _headless(target: Target, blobs: Sequence[Blob]) -> Iterator[Rejection]:
+    """Of an object whose other components' classes show."""
+    if not blobs:
+        return
+    largest = max(blobs, key=lambda b: b.area_px)
+    x, y = largest.middle.tolist()
+    reason = (
+        f"its required component {target.model.required.name} does not show; {len(blobs)} blobs of its others' classes "
+        f"do, the largest of {largest.area_px:.0f} pixels: nothing is begun with them (see recognizer.required)"
+    )
+    yield Rejection(target.name, reason, 0.0, x, y)
 
 
 def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> str:

@@ -188,7 +188,9 @@ class Recognizer:
             return Deferred(lambda: blobless(labels, self._targets, least_px, blank, scene))
         found = {blob.label for blob in blobs}
         lacking = [t for t in self._targets if t.name not in told and found.isdisjoint(t.root_labels)]
-        return Deferred(lambda: rootless(labels, lacking, least_px, scene)) if lacking else ()
+        # where others are told their components are in view, too
+        others = blobs if self._config.required == "strict" and not told else ()
+        return Deferred(lambda: rootless(labels, lacking, least_px, scene, others)) if lacking else ()
 
     def _placed(self, detections: tuple[Detection, ...], frame: ImageFrame) -> tuple[Detection, ...]:
         """Those that were found flat with poses: on the plane, where that is known, else by their size."""

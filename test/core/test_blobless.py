@@ -6,11 +6,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from cranes import CRANE, RED
+from cranes import BLUE, CRANE, RED, crane_examples
 from scene import crane, crane_placed, render
 
 from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, SceneConfig
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.learning.pair_learning import learn
+from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 
@@ -53,6 +55,32 @@ def test_of_an_image_with_blobs_nothing_is_told():
         SEEN
     )
     assert not result.blobless and len(result.detections) == 1
+
+
+@pytest.mark.parametrize("required", ["strict", "visible"])
+def test_that_only_other_components_show_is_told_where_nothing_is(required):
+    base, *bars = crane().components
+    model = ObjectModel("crane", (base, *(replace(bar, label=BLUE) for bar in bars)))
+    targets = [
+        Target("crane", model, RED, learn(model, crane_examples())),
+        Target("tower", crane(), OTHER_RED, CRANE),
+    ]
+    image = EMPTY.copy()
+    image[20:60, 20:60], image[20:30, 100:110] = BLUE, BLUE
+    config = replace(RecognizerConfig(), required=required)
+    recognizer = Recognizer(targets, config, Segmenter(ImageConfig()))
+    told = [r.reason for r in recognizer.recognize(image).rejected]
+    if required == "visible":
+        assert not told
+    else:
+        assert told == [
+            "its required component base does not show; 2 blobs of its others' classes do, the largest of 1600 pixels: "
+            "nothing is begun with them (see recognizer.required)"
+        ]
+    beside = np.where(render(SIZE, crane(), [crane_placed(250, 150, 0.2, 45)], OTHER_RED) > 0, OTHER_RED, image)
+    result = recognizer.recognize(beside)
+    assert [d.object for d in result.detections] == ["tower"]
+    assert not [r for r in result.rejected if r.object == "crane"]
 
 
 def test_a_required_component_too_small_is_told_beside_blobs_of_others():

@@ -94,12 +94,17 @@ def match_frames(truth: Truth, run: Run, max_gap_ns: int = 0) -> dict[FrameKey, 
     """
     own = [_key(record, truth.by_name) for record in run.records]
     places = {key: i for i, key in enumerate(own)}
-    found = {key: places[key] for key in truth.frames if key in places}
+    found = {key: places[_called(key, places)] for key in truth.frames if _called(key, places) in places}
     if max_gap_ns and not truth.by_name:
         found = _nearest_frames(list(truth.frames), own, max_gap_ns)
     if not found:
         raise SourceError(_nothing_in_common(truth, run, own))
     return found
+
+
+def _called(key: FrameKey, places: Mapping[FrameKey, int]) -> FrameKey:
+    """What results call the frame: those of a video name it without the suffix of the picture that was marked."""
+    return Path(key).stem if isinstance(key, str) and key not in places else key
 
 
 def repeated_frames(truth: Truth, run: Run) -> int:

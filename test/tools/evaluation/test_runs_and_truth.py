@@ -40,6 +40,11 @@ class TestFrames:
         run = run_of(0, 1, names=["b.png", "a.png"])
         assert match_frames(truth_of("a.png", "c.png"), run) == {"a.png": 1}
 
+    def test_frames_of_a_video_by_the_names_of_pictures_that_were_taken_from_it(self):
+        run = run_of(0, 1, names=["film_000003", "a.film_000004"])
+        truth = truth_of("film_000003.png", "a.film_000004.jpg", "film_000005.png")
+        assert match_frames(truth, run) == {"film_000003.png": 0, "a.film_000004.jpg": 1}
+
     def test_the_nearest_within_the_gap_and_no_result_twice(self):
         found = match_frames(truth_of(0, 100, 104, 300), run_of(2, 103, 290, 999), max_gap_ns=5)
         assert found == {0: 0, 104: 1}  # 100 is near 103 too, but 104 is nearer

@@ -106,6 +106,7 @@ setup(
             "mypy>=1.8",
             "playwright>=1.40",  # drives the system's chromium
             "pytest>=7.4",
+            "pytest-xdist>=3.3",
             "ruff>=0.6",
             "svgelements>=1.9",
             "types-PyYAML",

@@ -101,16 +101,34 @@ class FacingStage:
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         """
         found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
-        first, in_time = self._shared_out(found, faced, looks)
-        through = self._left_over.candidates(faced.hurried(self._config.facing.search_share), first.accepted, blobs)
-        if through and in_time:
-            again, in_time = self._shared_out([*found, *through.items()], faced, looks)
-            found, first = ([*found, *through.items()], again) if in_time else (found, first)
-        more = self._of_the_rest(faced, blobs, limits, first.accepted)
+        shared, in_time = self._shared_out(found, faced, looks)
+        if in_time:
+            found, shared = self._looked_at(found, shared, (), faced, blobs, looks)
+        more = self._of_the_rest(faced, blobs, limits, shared.accepted)
         if not any(len(poses) for _, poses in more):
-            return found, first
+            return found, shared
         together, in_time = self._shared_out(found + more, faced, looks)
-        return (found + more, together) if in_time else (found, first)  # else some of these are not judged again
+        if not in_time:  # some of these are not judged again
+            return found, shared
+        return self._looked_at(found + more, together, shared.accepted, faced, blobs, looks)
+
+    def _looked_at(
+        self,
+        found: list[tuple[WholeObjectFinder, Poses]],
+        shared: Shared,
+        known: Sequence[Verdict],
+        faced: ImageFrame,
+        blobs: Sequence[Blob],
+        looks: Looks,
+    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], Shared]:
+        """Candidates, and what becomes of them, after second looks at accepted ones. :param known: that were looked at
+        before."""
+        hurried = faced.hurried(self._config.facing.search_share)
+        through = self._left_over.candidates(hurried, shared.accepted, blobs, known=known)
+        if not through:
+            return found, shared
+        again, in_time = self._shared_out([*found, *through.items()], faced, looks)
+        return ([*found, *through.items()], again) if in_time else (found, shared)
 
     def _of_the_rest(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, accepted: Sequence[Verdict]

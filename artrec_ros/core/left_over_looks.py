@@ -7,7 +7,7 @@ of it is a candidate beside what was found: the pixels are shared out anew, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from functools import partial
 from itertools import zip_longest
 from typing import NamedTuple
@@ -50,15 +50,20 @@ class LeftOverLooks:
         self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.sides.balls}
 
     def candidates(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
+        self,
+        frame: ImageFrame,
+        accepted: Sequence[Verdict],
+        blobs: Sequence[Blob],
+        recall: Recall | None = None,
+        known: Sequence[Verdict] = (),
     ) -> dict[WholeObjectFinder, Poses]:
         """Poses that explain more than accepted ones do.
 
         :param blobs: of the frame. :param recall: what earlier frames say of it: what is sure, and not due, is not
-            looked at again.
+            looked at again. :param known: candidates that were looked at.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
-        each = [self._looks(finder, frame, accepted, blobs, recall) for finder in self._of]
+        each = [self._looks(finder, frame, accepted, blobs, recall, {_key(v) for v in known}) for finder in self._of]
         in_turn = [look for looks in zip_longest(*each) for look in looks if look is not None]
         in_turn.sort(key=self._is_of_a_sure_one)  # there is time for so many
         for look in in_turn[: self._most]:
@@ -76,12 +81,15 @@ class LeftOverLooks:
         accepted: Sequence[Verdict],
         blobs: Sequence[Blob],
         recall: Recall,
+        known: Collection[bytes],
     ) -> Iterator[_Look]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
         is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
         have a limb that is not, and no other depth makes another object of what is left."""
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
-        own = [v for v in accepted if v.claim.finder.target is finder.target]
+        own = [v for v in accepted if v.claim.finder.target is finder.target and _key(v) not in known]
+        for verdict in (v for v in own if finder.may_lie_on_likes(_seen(v))):
+            yield _Look(finder, verdict, partial(finder.laid_on_likes, frame, verdict.claim.poses))
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
         for_all = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
         mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
@@ -133,6 +141,12 @@ class LeftOverLooks:
         shown = [verdict.shown[c] for c in _seen(verdict)]
         for some in left.choices:
             yield self._of[finder].middles(verdict.claim.poses, shown, left, camera, some)
+
+
+def _key(verdict: Verdict) -> bytes:
+    """The same of those on one candidate."""
+    poses = verdict.claim.poses
+    return b"".join(values.tobytes() for values in (poses.R, poses.t, poses.q))
 
 
 def _seen(verdict: Verdict) -> list[int]:

@@ -43,6 +43,11 @@ class Lookalikes:
     def __len__(self) -> int:
         return len(self._on)
 
+    @property
+    def is_elsewhere(self) -> bool:
+        """Whether in some of them the required component lies on another one."""
+        return bool((self._on != self._root).any())
+
     def leads_to(self, component: int) -> bool:
         """Whether the required component lies on this one in some lookalike of a rigid object, or in one that looks the
         same throughout: from a pose that takes its blob for the required component's one comes to the right one."""

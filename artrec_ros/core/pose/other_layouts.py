@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +18,6 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .alternatives import Reading
-from .exchanges import Placements
 from .finder import WholeObjectFinder
 from .poses import Poses
 from .turn_evidence import turn_odds
@@ -56,13 +56,13 @@ class Layouts:
         looks = list(shows) or [frame] * len(poses)
         found, odds, of, by_seen = [poses], [np.zeros(0)], list[int](), list[bool]()
         for h, look in enumerate(looks):
-            for turns, where, partly in _asked(finder, frame, look, seen[h] if seen else None):
-                lone = next(iter(seen[h])) if partly and len(seen[h]) == 1 else None
-                others, log_odds = _compared(finder, frame, where, poses[h : h + 1], turns, by_seen=partly, lone=lone)
+            pose = poses[h : h + 1]
+            for asked in _asked(finder, frame, look, pose, seen[h] if seen else None):
+                others, log_odds = _compared(finder, frame, pose, asked)
                 found.append(others)
                 odds.append(log_odds)
                 of += [h] * len(others)
-                by_seen += [partly] * len(others)
+                by_seen += [asked.by_seen] * len(others)
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
         read = finder.alternatives.read([looks[h] for h in whose.tolist()], every)
         return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), read)
@@ -123,47 +123,52 @@ class Layouts:
         return np.asarray(named + np.concatenate([np.zeros(h), self.log_odds]))
 
 
+class _Asked(NamedTuple):
+    """Other placements of an object that are to be compared with one.
+
+    :ivar same: (K,) after which of them what is seen is the same, not only alike. :ivar look: by which pixels.
+    :ivar by_seen: whether they are by the markers that are seen alone.
+    :ivar lone: the only component that is seen, of what is turned about it: what the others say, which are not, counts
+        against no place by more than something unknown may hide them where they would be.
+    """
+
+    others: Poses
+    same: NDArray[np.bool_]
+    look: ImageFrame
+    by_seen: bool
+    lone: int | None = None
+
+
 def _asked(
-    finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, seen: Collection[int] | None
-) -> Iterator[tuple[Placements, ImageFrame, bool]]:
-    """Which other placements of an object are to be compared, by what, and whether by the markers that are seen alone.
-
-    :param look: in which no pixels are others': where an unseen marker would be these may have its class.
-    """
+    finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, pose: Poses, seen: Collection[int] | None
+) -> Iterator[_Asked]:
+    """:param look: in which no pixels are others': where an unseen marker would be these may have its class."""
     if finder.exchanges and not frame.deadline.expired:
-        yield finder.exchanges, frame, False
-    if finder.seen_alike is not None and seen is not None and (others := finder.seen_alike.of(seen)):
-        yield others, look, True
+        yield _Asked(finder.exchanges.of(pose), finder.exchanges.same, frame, False)
+    if finder.seen_alike is None or seen is None:
+        return
+    if others := finder.seen_alike.of(seen):
+        yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
+    if finder.may_lie_on_likes(seen) and not frame.deadline.expired:
+        on_likes = finder.laid_on_likes(look, pose)
+        yield _Asked(on_likes, np.zeros(len(on_likes), bool), look, True)
 
 
-def _compared(
-    finder: WholeObjectFinder,
-    frame: ImageFrame,
-    look: ImageFrame,
-    pose: Poses,
-    turns: Placements,
-    *,
-    by_seen: bool,
-    lone: int | None,
-) -> tuple[Poses, Array]:
-    """A pose laid otherwise, at rest, and log odds that it lies so: even ones where there is no time, and, by the
-    markers seen, where it is likelier but not clearly so, as of mirrored turns.
-
-    :param lone: the only component that is seen: what the others say, which are not, counts against no place by more
-        than something unknown may hide them where they would be.
-    """
-    others, config = turns.of(pose), finder.config.verdict
-    if frame.deadline.expired:
+def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: _Asked) -> tuple[Poses, Array]:
+    """Other placements of an object, at rest, and log odds that it lies so: even ones where there is no time, and, by
+    the markers seen, where it is likelier but not clearly so, as of mirrored turns."""
+    others, look, config = asked.others, asked.look, finder.config.verdict
+    if frame.deadline.expired or not len(others):
         return others, np.zeros(len(others))
     both = Poses.concatenate([pose, others])
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     told = both[np.zeros(len(others), int)]
     odds = turn_odds(finder, look, told, others)
-    if lone is not None:
+    if asked.lone is not None:
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
-        if not turns.same.all():
-            alone = np.where(turns.same, 0.0, turn_odds(finder, look, told, others, lone))
+        if not asked.same.all():
+            alone = np.where(asked.same, 0.0, turn_odds(finder, look, told, others, asked.lone))
         most = np.log(1 / config.hidden_share - 1)
         odds = alone + np.clip(odds - alone, -most, most)
-    return others, np.where(odds > config.least_turn_odds, odds, np.minimum(odds, 0.0)) if by_seen else odds
+    return others, np.where(odds > config.least_turn_odds, odds, np.minimum(odds, 0.0)) if asked.by_seen else odds

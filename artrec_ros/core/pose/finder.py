@@ -269,9 +269,9 @@ class WholeObjectFinder:
 
     @cached_property
     def has_likes(self) -> bool:
-        """Whether it faces the camera, has joints, and another component looks like its required one: what lies a
-        place off along a row of these bends the others' joints to where they are seen for all that."""
-        return self.facing and self.surface.kinematics.n_joints > 0 and self._lookalikes.is_elsewhere
+        """Whether it has joints, and another component looks like its required one: what lies a place off along a row
+        of these bends the others' joints to where they are seen for all that."""
+        return self.surface.kinematics.n_joints > 0 and self._lookalikes.is_elsewhere
 
     def may_lie_on_likes(self, seen: Collection[int]) -> bool:
         """Whether an object of which these components are seen may: what lies so lacks one."""
@@ -279,8 +279,10 @@ class WholeObjectFinder:
 
     def laid_on_likes(self, frame: ImageFrame, pose: Poses) -> Poses:
         """A few poses, the best first, with the required component where one has a like one, joints sought anew."""
-        poses = self.surface.search_joints(frame, self._lookalikes.of(pose), self._grids)
-        return self.ranked(frame, poses).best(self.config.facing.rivals, self._search).poses
+        poses = self._standing(frame, self._lookalikes.of(pose))
+        poses = self.surface.search_joints(frame, poses, self._grids)
+        most = self.config.facing.rivals if self.facing else self._search.flip_keep
+        return self.ranked(frame, poses).best(most, self._search).poses
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""

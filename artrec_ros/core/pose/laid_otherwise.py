@@ -68,6 +68,9 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
     if finder.laid_alike is None or frame.deadline.expired:
         return None
     others = finder.laid_alike.of(pose, used)
+    seen = {*finder.surface.component[finder.surface.markers[used]].tolist()}
+    if finder.may_lie_on_likes(seen):
+        others = finder.fit_all(frame, finder.laid_on_likes(frame, pose)).poses
     both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])
     if len(both) == 1:
         return None

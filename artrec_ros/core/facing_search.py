@@ -170,13 +170,14 @@ class FacingSearch:
         of these shall go on, and whether its markers look larger than they are (H,)."""
         hurried, config, own = frame.hurried(self._config.facing.guess_share), self._config.facing, sizes * len(mine)
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
-        poses, _, blob = self._guesser.guess(early, mine, limits, sizes)
+        poses, own_votes, blob = self._guesser.guess(early, mine, limits, sizes)
         of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
         of_limbs = self.finder.climber.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
         # a blob in which smaller ones are looked for has no middle
         paired, pair = self._pairs.guess(early, mine if sizes == 1 else (), blobs, limits)
+        likely = first_of_each(blob, own_votes, config.per_patch)
         poses, blob = self._turned(early, poses, blob)
         poses, blob = Poses.concatenate([poses, paired, of_limbs]), np.concatenate([blob, pair, own + limb])
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
@@ -184,16 +185,17 @@ class FacingSearch:
         small = np.array([few and self._sizes.matter(b) for b in mine] * sizes + [False] * len(limbs), bool)
         found, swollen = self._sizes.of(frame, poses, small[blob] & (self._directions.turned == 1), limits)
         near = self._near_best(found.votes, blob)
-        found, blob, swollen = found[near], blob[near], swollen[near]
-        # fits of the contours where they are long enough: a grid is coarse there
-        large, limb = np.flatnonzero(long[blob]), np.flatnonzero(blob >= own)
+        # fits of the contours where they are long enough: a grid is coarse there, and what it turns by a few degrees
+        # may lay all but the component itself beside its pixels
+        every = np.union1d(near, likely) if self._directions.turned == 1 else near
+        large, limb = every[long[blob[every]]], near[blob[near] >= own]
         if not len(large) and not len(limb):
-            return found, blob, most, swollen
+            return found[near], blob[near], most, swollen[near]
         fitted = self._guesser.fitted(frame, found.poses[large])
         fitted = Poses.concatenate([fitted, self.finder.rest.fitted(frame, found.poses[limb])])
-        found += with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))
-        swollen = np.concatenate([swollen, np.zeros(len(large) + len(limb), bool)])
-        return found, np.concatenate([blob, blob[large], blob[limb]]), most, swollen
+        again = with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))
+        swollen = np.concatenate([swollen[near], np.zeros(len(large) + len(limb), bool)])
+        return found[near] + again, np.concatenate([blob[near], blob[large], blob[limb]]), most, swollen
 
     def _turned(self, frame: ImageFrame, poses: Poses, blob: NDArray[np.int64]) -> tuple[Poses, NDArray[np.int64]]:
         """What was laid on blobs (H,), in the best of the directions in which it is to be turned, and their blobs."""

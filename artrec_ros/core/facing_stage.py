@@ -19,7 +19,6 @@ from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
 from .model.found import Detection, StageResult
 from .model.target import Target
-from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer
 from .pose.poses import Poses
@@ -45,8 +44,7 @@ class FacingStage:
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
-        climb = Climb(0, config.facing.rounds[-1], config.facing.first_step / 2)
-        self._left_over = LeftOverLooks([s.finder for s in self._searches], climb)
+        self._left_over = LeftOverLooks([s.finder for s in self._searches])
         self._placer = PlanePlacer(targets, config)
         self._from_above = FromAbove(
             config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}

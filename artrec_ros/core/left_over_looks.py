@@ -20,7 +20,6 @@ from .image.image_frame import ImageFrame
 from .like_side_looks import by_other_sides
 from .memory.recall import Recall
 from .pose.ball_blobs import BallBlobs
-from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.through_middles import Middles
@@ -42,10 +41,10 @@ class _Look(NamedTuple):
 
 
 class LeftOverLooks:
-    """Those of some targets' objects. :param climb: on the votes, of what was found."""
+    """Those of some targets' objects."""
 
-    def __init__(self, finders: Sequence[WholeObjectFinder], climb: Climb) -> None:
-        self._climb, self._most = climb, min((f.config.middles.looks for f in finders), default=0)
+    def __init__(self, finders: Sequence[WholeObjectFinder]) -> None:
+        self._most = min((f.config.middles.looks for f in finders), default=0)
         self._of = {finder: LeftOvers(finder) for finder in finders}
         self._balls = {finder: BallBlobs(finder.surface) for finder in finders if finder.surface.sides.balls}
 
@@ -69,7 +68,8 @@ class LeftOverLooks:
         for look in in_turn[: self._most]:
             if frame.deadline.expired:
                 break
-            finder, found = look.finder, self._climbed(look.finder, look.verdict, frame, look.begun)
+            finder, again = look.finder, look.finder.looked_again(frame, look.begun())
+            found = again.poses[np.flatnonzero(again.votes > look.verdict.claim.votes)]
             if len(found):
                 out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
         return out
@@ -125,14 +125,6 @@ class LeftOverLooks:
         frames = finder.surface.kinematics.seen(poses.R, poses.t, poses.q)
         left = self._of[finder].of([_seen(v) for v in mine], frames, frame, blobs, accepted)
         return [(verdict, one) for verdict, one in zip(mine, left, strict=True) if one.blobs]
-
-    def _climbed(
-        self, finder: WholeObjectFinder, verdict: Verdict, frame: ImageFrame, begun: Callable[[], Poses]
-    ) -> Poses:
-        """Poses through some middles that have more votes than the one that was found."""
-        poses = finder.climber.within_limits(frame.camera, begun())
-        found = finder.polished(frame, finder.fit_all(frame, poses), self._climb)
-        return found.poses[np.flatnonzero(found.votes > verdict.claim.votes)]
 
     def _middles(
         self, finder: WholeObjectFinder, verdict: Verdict, left: LeftOver, camera: Camera

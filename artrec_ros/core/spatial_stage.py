@@ -14,7 +14,6 @@ from .left_over_looks import LeftOverLooks
 from .memory.recall import Recall
 from .model.found import StageResult
 from .model.target import Target
-from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .second_looks import SecondLooks
 from .spatial_search import SpatialSearch
@@ -33,9 +32,8 @@ class SpatialStage:
         self._config = config
         self._judge, self._crew = Judge.of(config), Crew(config.threads)
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
-        climb = Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
-        self._left_over = LeftOverLooks(self._finders, climb)
-        self._three_points = ThreePointLooks(self._finders, self._judge, climb)
+        self._left_over = LeftOverLooks(self._finders)
+        self._three_points = ThreePointLooks(self._finders, self._judge)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None) -> StageResult:

@@ -15,7 +15,6 @@ import numpy as np
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
 from .memory.recall import Recall
-from .pose.climber import Climb
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.ranked import Ranked
@@ -28,12 +27,12 @@ _TWO = 2  # blobs that tell a pose, of a long marker and another one: few pairs,
 
 
 class ThreePointLooks:
-    """Those for some targets. :param climb: on the votes, of what was found."""
+    """Those for some targets."""
 
-    def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, climb: Climb) -> None:
+    def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge) -> None:
         of = {finder: ThreePoints(finder.surface, finder.config) for finder in finders}
         self._of = {finder: three for finder, three in of.items() if three.labels}
-        self._judge, self._climb = judge, climb
+        self._judge = judge
 
     def candidates(
         self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall | None = None
@@ -78,7 +77,7 @@ class ThreePointLooks:
             verdicts = self._judge.verdicts(finder, found.poses, frame)
             found = found[np.flatnonzero(verdicts.probability >= finder.config.search.hopeless)]
         if len(found):
-            found = finder.polished(frame, found, self._climb)
+            found = finder.polished(frame, found, finder.last_climb)
         return found.poses[np.flatnonzero(found.votes > 0)]
 
     def _most_likely(self, finder: WholeObjectFinder, frame: ImageFrame, by_blobs: Sequence[Poses]) -> list[Poses]:

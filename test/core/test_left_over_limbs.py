@@ -16,7 +16,6 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.left_over_looks import LeftOverLooks
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.judge import Judge
@@ -66,7 +65,7 @@ def test_the_limb_of_an_object_that_is_sure_without_it_is_sought_where_a_blob_li
     verdict = claimed(finder, frame, (240, 160))
     assert verdict.confirmed == (True,) * 5 + (False,)
     assert not LeftOvers(finder).is_in_doubt(range(5))
-    looks = LeftOverLooks([finder], Climb(0, 2, 0.5))
+    looks = LeftOverLooks([finder])
     found = looks.candidates(frame, [verdict], find_blobs(labels, {HIP}, CONFIG))[finder]
     assert abs(found.q[:, 0] - ANGLE).min() < 0.02
 
@@ -82,6 +81,6 @@ def test_those_in_doubt_are_looked_at_first(monkeypatch):
     monkeypatch.setattr(
         LeftOverLooks, "_climbed", lambda self, f, verdict, *rest: looked_at.append(verdict) or f.surface.no_poses
     )
-    looks = LeftOverLooks([finder], Climb(0, 2, 0.5))
+    looks = LeftOverLooks([finder])
     looks.candidates(frame, accepted, find_blobs(labels, {HIP}, config))
     assert looked_at == [accepted[1]]

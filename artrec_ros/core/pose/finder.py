@@ -81,6 +81,10 @@ class WholeObjectFinder:
         self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self._lookalikes, self.like_sides = Lookalikes(self.surface), LikeSides(self.surface)
+        rounds, step = config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1]
+        if facing:
+            rounds, step = config.facing.rounds[-1], config.facing.first_step / 2
+        self.last_climb = Climb(0, rounds, step)
         self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
@@ -276,6 +280,11 @@ class WholeObjectFinder:
     def may_lie_on_likes(self, seen: Collection[int]) -> bool:
         """Whether an object of which these components are seen may: what lies so lacks one."""
         return self.has_likes and len(seen) < len(self.target.model.components)
+
+    def looked_again(self, frame: ImageFrame, begun: Poses) -> Ranked:
+        """What a second look at an object makes of poses: fits to the contours before and after a climb."""
+        poses = self.climber.within_limits(frame.camera, begun)
+        return self.polished(frame, self.fit_all(frame, poses), self.last_climb)
 
     def laid_on_likes(self, frame: ImageFrame, pose: Poses) -> Poses:
         """A few poses, the best first, with the required component where one has a like one, joints sought anew."""

@@ -70,7 +70,8 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
     others = finder.laid_alike.of(pose, used)
     seen = {*finder.surface.component[finder.surface.markers[used]].tolist()}
     if finder.may_lie_on_likes(seen):
-        others = finder.fit_all(frame, finder.laid_on_likes(frame, pose)).poses
+        again = finder.looked_again(frame, finder.laid_on_likes(frame, pose))
+        others = again.best(finder.config.search.flip_keep, finder.config.search).poses
     both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])
     if len(both) == 1:
         return None

@@ -17,7 +17,6 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.marker import Marker
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.climber import Climb
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.surface_model import SpatialModel
@@ -143,7 +142,7 @@ def test_where_none_stands_on_the_floor_there_is_none(monkeypatch):
     pose = at(0.6, 0.3)
     finder = WholeObjectFinder(Target("discs", discs(), RED), DEFAULTS)
     frame = ImageFrame(LabelField(render(CAMERA, [(discs(), pose, RED)])), CAMERA)
-    looks = ThreePointLooks([finder], Judge.of(DEFAULTS), Climb(0, 2, 1.0))
+    looks = ThreePointLooks([finder], Judge.of(DEFAULTS))
     blobs = find_blobs(frame.field.labels, {RED, 3, 4}, DEFAULTS)
     assert looks.candidates(frame, [], blobs)
     monkeypatch.setattr(WholeObjectFinder, "_standing", lambda self, frame, poses: poses[:0])

@@ -54,7 +54,9 @@ def recognizer() -> Recognizer:
     return Recognizer([Target("team", team(), LABEL)], config, Segmenter(ImageConfig()))
 
 
-def picture(R: np.ndarray, slides: dict[str, float], hidden: set[str]) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def picture(
+    R: np.ndarray, slides: dict[str, float], hidden: tuple[str, ...]
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """A label image of a team .85 m in front of the camera, and its men's middles, pixels."""
     image, at = np.zeros(SIZE[::-1], np.uint8), {}
     for name, pose in component_poses(team(), slides).items():
@@ -70,20 +72,20 @@ def picture(R: np.ndarray, slides: dict[str, float], hidden: set[str]) -> tuple[
 
 
 @pytest.mark.parametrize("camera", [None, CAMERA], ids=["flat", "in space"])
-@pytest.mark.parametrize("hidden", [{"row1"}, {"row3", "two1"}, {"three0"}], ids=",".join)
-def test_it_is_told_where_it_is_though_a_part_is_hidden(hidden: set[str], camera: Camera | None):
+@pytest.mark.parametrize("hidden", [("row1",), ("row3", "two1"), ("three0",)], ids=",".join)
+def test_it_is_told_where_it_is_though_a_part_is_hidden(hidden: tuple[str, ...], camera: Camera | None):
     R = LIES if camera is None else LIES @ rotation_from_rotvec([0.35, 0.1, 0.0])
     image, at = picture(R, {"three": -0.04, "two": 0.06}, hidden)
     (found,) = recognizer().recognize(image, camera).detections
     assert np.linalg.norm(np.array([found.image.x, found.image.y]) - at["row2"]) < 5
-    assert {part.component for part in found.components} == at.keys() - hidden
+    assert {part.component for part in found.components} == at.keys() - set(hidden)
     off = [np.linalg.norm(np.array([part.x, part.y]) - at[part.component]) for part in found.components]
     assert max(off) < 5
 
 
 @pytest.mark.parametrize("camera", [None, CAMERA], ids=["flat", "in space"])
 def test_nothing_tells_two_places_apart_where_the_last_of_a_row_is_hidden(camera: Camera | None):
-    image, at = picture(LIES, {"three": 0.0, "two": 0.0}, {"row4"})
+    image, at = picture(LIES, {"three": 0.0, "two": 0.0}, ("row4",))
     (found,) = recognizer().recognize(image, camera).detections
     assert found.other_place is not None and 0.3 < found.other_place.probability < 0.7
     places = np.array([(found.image.x, found.image.y), (found.other_place.image.x, found.other_place.image.y)])

@@ -13,13 +13,13 @@ from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
 from .colour_setup import ColourSetup
 from .inspecting.too_small import too_small
+from .taken_regions import MUCH
 
 _UNKNOWN: Mapping[int, float] = MappingProxyType({})
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
 _FEW = 10  # objects: below it their scales tell little of how near and far others are
 _LEAST_PX = 0.7  # by which outlines are too small before that is told, as of `rings_px`
-_MUCH = 0.02  # share of a background that a class may take before something should be done: a robot or two
 
 
 def report(
@@ -105,9 +105,10 @@ def _advice(learned: Learned) -> Iterator[str]:
             continue
         for other, share in shares.items():
             own_ring = name == BESIDE and other in learned.rings_px
-            if other in learned.image.classes and share >= _MUCH and not own_ring:
+            if other in learned.image.classes and share >= MUCH and not own_ring:
+                why = _why(name, learned.mostly_in.get((name, other)))
                 yield (
-                    f"{other} takes {share:.0%} of '{name}'. {_why(name)}it is too like: choose another colour, or "
+                    f"{other} takes {share:.0%} of '{name}'. {why}it is too like: choose another colour, or "
                     f"lower image.{other}.spread ({learned.image.classes[other].spread:g})"
                 )
 
@@ -154,13 +155,18 @@ def _remedy(name: str, shares: Mapping[str, float], unknown: float) -> str:
     )
 
 
-def _why(name: str) -> str:
-    """What may be wrong with what nobody has marked; of what somebody has, nothing is."""
+def _why(name: str, where: str | None) -> str:
+    """What may be wrong with what nobody has marked; of what somebody has, nothing is, but for one region.
+
+    :param where: the one that most of what is taken lies in.
+    """
     if name == BESIDE:
         return (
             "Outlines are lost there: if it belongs to the object, such as a plate that bears the marker, give the "
             "component a body of that size with a class of its own; else "
         )
+    if where is not None:
+        return f"Most of that lies in {where}: look whether something of its colour is there; else, as marked, "
     if name != REST:
         return "As marked, "
     return (

@@ -36,6 +36,7 @@ class Told:
 
     :param by_segmenter: the numbers come from label images. :param camera: how images were made even and sharp before.
     :param exact: of each image the class and outline of its markers, as axes tell.
+    :param marked: all images in which regions tell them. :param blank: rectangles that are not looked at.
     """
 
     labels: Mapping[int, int]
@@ -43,10 +44,16 @@ class Told:
     camera: ImageConfig
     pairs: list[Pair] = field(default_factory=list)
     exact: Sequence[Outlines] = ()
+    marked: Sequence[MarkedImage] = ()
+    blank: tuple[int, ...] = ()
 
     def as_seen(self, image: ImageConfig) -> ImageConfig:
         """A configuration by which images are made even and sharp as these were."""
         return replace(image, **{name: getattr(self.camera, name) for name in (*GIVEN, "blur_px")})
+
+    def read(self, marked: MarkedImage, numbers: dict[str, int]) -> Pair:
+        """One of the images as samples were drawn from it, and each region's number."""
+        return _prepared(marked.read(numbers, _UNMARKED), self.blank, self.camera)
 
 
 def samples_of_labels(
@@ -81,7 +88,7 @@ def samples_of_regions(
     camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
     pairs = (_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked)
     samples, told = _collect(pairs, names, labels, by_segmenter=False, camera=camera)
-    return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]])
+    return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]], marked=marked, blank=blank)
 
 
 def _measured(

@@ -53,6 +53,7 @@ def test_the_command_prints_a_table_and_writes_metrics(truth, found, capsys):
     printed = capsys.readouterr().out
     assert "3 frames, 3 objects in view, 2 found, 1 false" in printed
     assert "recognition rate" in printed and "0.667 (0.208 to 0.939)" in printed
+    assert "component precision, of objects found" in printed and "component recall, of objects found" in printed
     content = metrics_of(found)
     assert content["format"] == "artrec_metrics/1" and content["all"]["counts"]["right"] == 1
     assert content["all"]["precision"]["value"] == pytest.approx(2 / 3, abs=1e-4)

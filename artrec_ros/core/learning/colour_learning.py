@@ -21,7 +21,8 @@ _LEARNING = LearningConfig()
 _FEW = 8  # names that a message lists
 _KEPT = 300  # samples a class that references are chosen by: bounds the time
 _COUNTED = 6_000  # samples a class that are counted in the end
-_KEPT_PER_IMAGE = 1_000
+KEPT_PER_IMAGE = 1_000
+"""Samples of a class that one image gives at most: no picture decides alone."""
 _LARGE_PX = 20  # markers larger than this, square root of their area, gain by sharpening where it cannot be measured
 _ALIKE = 0.005  # shares that differ by less are equal
 _ENDED = 0.3  # share of what is around a region that is told where its outline is
@@ -39,12 +40,14 @@ class Learned:
     :param confusion: class -> class (or 'unknown') -> share of its samples that get that class' label.
     :param samples: class -> number of its samples.
     :param rings_px: classes that go on just beyond their outlines all around -> how far, pixels.
+    :param mostly_in: background and the class that takes much of it -> the one region, where one holds most of that.
     """
 
     image: ImageConfig
     confusion: Mapping[str, Mapping[str, float]]
     samples: Mapping[str, int]
     rings_px: Mapping[str, float] = field(default_factory=dict)
+    mostly_in: Mapping[tuple[str, str], str] = field(default_factory=dict)
 
 
 def sample_colours(
@@ -65,15 +68,21 @@ def sample_colours(
     for label in np.unique(labels).tolist():
         if label not in names:
             continue
-        own = (labels == label).astype(np.uint8)
-        margin = round(blur_px) + (_LEARNING.margin_px if label else _LEARNING.margin_unknown_px)
-        inside = cv2.erode(own, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)) > 0
-        if label and np.count_nonzero(inside) < np.count_nonzero(own) / 3:
-            depth = cv2.distanceTransform(own, cv2.DIST_L2, 3)
-            inside = depth >= max(float(np.quantile(depth[own > 0], 2 / 3)), 1e-3)
+        inside = sampled(labels == label, blur_px, of_nothing=label == 0)
         if inside.any():
-            found[names[label]] = _some(image[inside], _KEPT_PER_IMAGE, rng)
+            found[names[label]] = _some(image[inside], KEPT_PER_IMAGE, rng)
     return found
+
+
+def sampled(own: NDArray[np.bool_], blur_px: float = 0.0, *, of_nothing: bool = False) -> NDArray[np.bool_]:
+    """(H, W) which pixels of a class (H, W) `sample_colours` draws from. :param of_nothing: they have no label."""
+    pixels = own.astype(np.uint8)
+    margin = round(blur_px) + (_LEARNING.margin_unknown_px if of_nothing else _LEARNING.margin_px)
+    inside = cv2.erode(pixels, np.ones((2 * margin + 1, 2 * margin + 1), np.uint8)) > 0
+    if not of_nothing and np.count_nonzero(inside) < np.count_nonzero(pixels) / 3:
+        depth = cv2.distanceTransform(pixels, cv2.DIST_L2, 3)
+        inside = depth >= max(float(np.quantile(depth[own], 2 / 3)), 1e-3)
+    return np.asarray(inside)
 
 
 def sample_beside(
@@ -97,7 +106,7 @@ def sample_beside(
     least = _LEARNING.beside_px + blur_px
     most = max(2 * least, _LEARNING.beside_share * float(np.median(np.sqrt(areas))))
     beside = (off > least) & (off <= most) & (off <= off_any)
-    return _some(image[beside], _KEPT_PER_IMAGE, rng)
+    return _some(image[beside], KEPT_PER_IMAGE, rng)
 
 
 def enough(samples: Samples, name: str) -> bool:

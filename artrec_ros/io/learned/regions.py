@@ -66,6 +66,13 @@ class MarkedImage:
         return image, labels
 
 
+def covered(outline: Array, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    """(H, W) the pixels of an image of a shape whose middles lie in an outline (n, 2), or on it."""
+    mask = np.zeros(shape[:2], np.uint8)
+    _fill(mask, outline, 1)
+    return mask > 0
+
+
 def _fill(labels: NDArray[np.uint8], outline: Array, number: int) -> None:
     """Number the pixels whose middles lie in an outline (n, 2), or on it."""
     size, w = np.array(labels.shape[::-1]), _TOUCHED_PX

@@ -43,8 +43,13 @@ SHOWN = {
     "false_per_frame": Shown("false per frame", better=-1, meaning="detections that lie on no object"),
     "name_rate": Shown("names right", meaning="objects found that are told by their own name", short="names"),
     "wrong_name_rate": Shown("names wrong", "", 3, -1, "objects found that are told by another's name"),
-    "component_precision": Shown("component precision", meaning="found components that lie on their own marker"),
-    "component_recall": Shown("component recall", meaning="well visible components that were found, of objects found"),
+    "component_precision": Shown(
+        "component precision, of objects found",
+        meaning="found components that lie on their own marker; those of false detections are not judged",
+    ),
+    "component_recall": Shown(
+        "component recall, of objects found", meaning="well visible components that were found, of objects found"
+    ),
     "position_error_median": Shown(
         "position error", "% of range", 2, -1, "median, relative to the distance", short="position %"
     ),

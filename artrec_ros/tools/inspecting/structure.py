@@ -4,47 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import combinations
-from typing import NamedTuple
 
-import cv2
 import numpy as np
 
 from ...core.geometry.polygons import distance_to_outline
-from ...core.geometry.transforms import Array
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
-from ...core.model.solids import closed_components
-from ...core.model.surface import ASLANT, MEETING, sample_contour
+from ...core.model.surface import ASLANT, MEETING
+from .marker_places import ONE_WAY, Placed, cover, placed, places, rivals
 
 _LISTED = 6  # names on a line
-_SAMPLES = 96  # of an outline
 _ALONG = 0.08  # along such a share of its outline, adjoins
 _BACK_TO_BACK = -0.7  # cosine: who face more away from each other are not seen together
-_ONE_WAY = 0.7  # cosine: who face so nearly one way are mostly seen together
-_DRAWN_PX = 100  # extent of two outlines that are laid on each other
-_COVERED = 0.1  # of the smaller one: whose outlines have so much in common are not there at once
 _ASIDE = 0.5  # cosine: a marker turned farther than that from all others may be seen without them
 
-
-class _Placed(NamedTuple):
-    """A marker in the object: its outline (n, 3) and normal (3,)."""
-
-    name: str
-    labels: tuple[int, ...]
-    outline: Array
-    normal: Array
-    size_m: float
-    component: int
-    moves: tuple[bool, ...]  # by which joints it does
-    is_of_solid: bool  # of a component whose markers meet all around
-
-    @property
-    def low(self) -> Array:
-        return np.asarray(self.outline.min(axis=0))
-
-    @property
-    def high(self) -> Array:
-        return np.asarray(self.outline.max(axis=0))
+_ONE_OF_THEM = "keep the one that shows most often, or leave the poses out and learn constraints (artrec train)"
 
 
 def structure(model: ObjectModel) -> Iterator[str]:
@@ -57,18 +31,7 @@ def structure(model: ObjectModel) -> Iterator[str]:
     fixed = [c.name for c in model.components if c.joint is None and not c.required]
     if fixed:
         yield f"note: without joint, and so taken to be fixed to the object's frame: {', '.join(fixed)}"
-    known = _placed(model)
-    for names in _adjoining(known):
-        yield (
-            f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
-            "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
-        )
-    for names in _seen_together(known):
-        yield (
-            f"warning: {shortened(names)} are of one component and seen at once, but one at a time counts: make "
-            "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
-            "other out; where one at a time is there indeed, leave them"
-        )
+    yield from _of_markers(model)
     if model.is_flat:
         return
     moves = Kinematics(model).moves.tolist()
@@ -82,15 +45,39 @@ def structure(model: ObjectModel) -> Iterator[str]:
         )
 
 
+def _of_markers(model: ObjectModel) -> Iterator[str]:
+    """A line for each group of markers whose places go ill together."""
+    known = placed(model)
+    of_one_class = [m for m in known if len(m.labels) == 1]
+    for names in _adjoining(of_one_class):
+        yield (
+            f"warning: {shortened(names)} adjoin and are of one class: seen together they are one blob, which no one's "
+            "outline fits; leave a gap between them, a tenth of their width, or give them other classes"
+        )
+    for names in _seen_together(of_one_class):
+        yield (
+            f"warning: {shortened(names)} are of one component and seen at once, but one component counts once: make "
+            "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
+            f"other out; where one at a time is there indeed, {_ONE_OF_THEM}"
+        )
+    for own in rivals(known):
+        more = f" (and those of {own.more} more component{'s' * (own.more > 1)})" if own.more else ""
+        yield (
+            f"warning: {shortened(own.names)}{more} lie on each other and face one way: an object found as a whole is "
+            f"expected to show them all, so that where {' or '.join(own.beaten)} shows alone more speaks against it "
+            f"than for it; {_ONE_OF_THEM}"
+        )
+
+
 def split_sides(model: ObjectModel) -> Iterator[str]:
     """A line for sides of one class, of components that are rigid to each other, that meet at an angle."""
     if not model.is_spatial:
         return
 
-    def split(a: _Placed, b: _Placed) -> bool:
+    def split(a: Placed, b: Placed) -> bool:
         return a.component != b.component and _aslant(a, b) and not (a.is_of_solid and b.is_of_solid)
 
-    for group in _groups(_placed(model), split):
+    for group in _groups([m for m in placed(model) if len(m.labels) == 1], split):
         yield (
             f"{shortened([m.name for m in group])} are sides of one class that meet: make them markers of one "
             "component; as components of their own each seems to bear out the others, and objects are told that are "
@@ -98,12 +85,12 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
         )
 
 
-def _adjoining(known: list[_Placed]) -> list[list[str]]:
+def _adjoining(known: list[Placed]) -> list[list[str]]:
     """Groups of markers of one class that meet along an edge; but for alternatives, and for sides that meet at an
     angle: those of one component are looked for together, of others `split_sides` tells."""
-    place = _places(known)
+    place = places(known, cover)
 
-    def beside(a: _Placed, b: _Placed) -> bool:
+    def beside(a: Placed, b: Placed) -> bool:
         if place[a.name] == place[b.name]:
             return False
         return not _aslant(a, b) or (a.component != b.component and a.is_of_solid and b.is_of_solid)
@@ -111,23 +98,7 @@ def _adjoining(known: list[_Placed]) -> list[list[str]]:
     return [[m.name for m in group] for group in _groups(known, beside)]
 
 
-def _placed(model: ObjectModel) -> list[_Placed]:
-    """Markers of one class each, joints mid-range; but for balls, which lie in no plane."""
-    kin = Kinematics(model)
-    frames, known = kin.in_object(kin.middle[None]), list[_Placed]()
-    solid = closed_components(model)
-    for c, part in enumerate(model.components):
-        for marker in part.markers if part.ball is None else ():
-            if (T := marker.T_component_marker) is not None and len(part.labels(0)) == 1:
-                points = np.pad(sample_contour(marker.outline, _SAMPLES)[0], ((0, 0), (0, 1)))
-                outline = T.apply(points) @ frames.R[0, c].T + frames.t[0, c]
-                normal = frames.R[0, c] @ T.rotation[:, 2]
-                about = outline, normal, marker.area**0.5, c, tuple(kin.moves[c].tolist()), part.name in solid
-                known.append(_Placed(f"{part.name}/{marker.name}", part.labels(0), *about))
-    return known
-
-
-def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) -> list[list[_Placed]]:
+def _groups(known: list[Placed], linked: Callable[[Placed, Placed], bool]) -> list[list[Placed]]:
     """Those that meet and are linked, directly or by others."""
     groups = [[m] for m in known]
     for a, b in combinations(known, 2):
@@ -139,12 +110,12 @@ def _groups(known: list[_Placed], linked: Callable[[_Placed, _Placed], bool]) ->
     return [group for group in groups if len(group) > 1]
 
 
-def _aslant(a: _Placed, b: _Placed) -> bool:
+def _aslant(a: Placed, b: Placed) -> bool:
     """Whether two markers are rigid to each other and do not lie in one plane."""
     return a.moves == b.moves and abs(float(a.normal @ b.normal)) < ASLANT
 
 
-def _meet(a: _Placed, b: _Placed) -> bool:
+def _meet(a: Placed, b: Placed) -> bool:
     """Whether two markers have an edge in common, or much of one's, and may be seen together."""
     near_m = MEETING * min(a.size_m, b.size_m)
     if a.normal @ b.normal <= _BACK_TO_BACK or (a.low > b.high + near_m).any() or (b.low > a.high + near_m).any():
@@ -153,40 +124,13 @@ def _meet(a: _Placed, b: _Placed) -> bool:
     return bool(along > _ALONG)
 
 
-def _places(known: list[_Placed]) -> dict[str, int]:
-    """A number for each marker, the same of alternatives: of one component, facing one way, and lying on each other
-    directly or by others. They are views of one thing, of which one at a time is there."""
-    place = {m.name: n for n, m in enumerate(known)}
-    for a, b in combinations(known, 2):
-        if a.component == b.component and not a.is_of_solid and _cover(a, b):
-            joined = place[b.name]
-            place = {name: place[a.name] if n == joined else n for name, n in place.items()}
-    return place
-
-
-def _cover(a: _Placed, b: _Placed) -> bool:
-    """Whether two markers that face one way have much of their areas in common."""
-    if a.normal @ b.normal <= _ONE_WAY or (a.low > b.high).any() or (b.low > a.high).any():
-        return False
-    u = a.outline[0] - a.outline.mean(axis=0)
-    u /= np.linalg.norm(u)
-    flat = [m.outline @ np.stack([u, np.cross(a.normal, u)], axis=1) for m in (a, b)]
-    low, high = np.min([f.min(axis=0) for f in flat], axis=0), np.max([f.max(axis=0) for f in flat], axis=0)
-    drawn = []
-    for points in flat:
-        mask = np.zeros((_DRAWN_PX + 1,) * 2, np.uint8)
-        cv2.fillPoly(mask, [np.rint((points - low) / (high - low).max() * _DRAWN_PX).astype(np.int32)], 1)
-        drawn.append(mask > 0)
-    return bool((drawn[0] & drawn[1]).sum() > _COVERED * min(mask.sum() for mask in drawn))
-
-
-def _seen_together(known: list[_Placed]) -> list[list[str]]:
+def _seen_together(known: list[Placed]) -> list[list[str]]:
     """Of each component those of its markers that face the way another one of it faces, and neither meet that nor are
     alternatives of it."""
-    place, found = _places(known), dict[int, list[str]]()
+    place, found = places(known, cover), dict[int, list[str]]()
     for a, b in combinations(known, 2):
         same = a.component == b.component and place[a.name] != place[b.name]
-        if same and not a.is_of_solid and a.normal @ b.normal > _ONE_WAY and not _meet(a, b):
+        if same and not a.is_of_solid and a.normal @ b.normal > ONE_WAY and not _meet(a, b):
             found.setdefault(a.component, []).extend([a.name, b.name])
     return [list(dict.fromkeys(names)) for names in found.values()]
 

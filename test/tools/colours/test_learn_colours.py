@@ -6,6 +6,7 @@ import json
 import os
 from pathlib import Path
 
+import cv2
 import numpy as np
 import pytest
 from painted import (
@@ -128,3 +129,21 @@ def test_the_shipped_colours_find_more_of_the_markers_than_the_recorded_labels()
     ours, recorded_share = np.mean(hits, axis=0)
     assert len(hits) > 100
     assert ours > 0.96 and ours > recorded_share + 0.02
+
+
+@pytest.mark.parametrize(
+    ("over", "said"),
+    [
+        ([1], "Most of that lies in 1.png [0, 44, 90, 16] (x, y, width, height): look whether something of its colour"),
+        ([0, 1, 2], "As marked, it is too like: choose another colour"),
+    ],
+)
+def test_where_one_box_holds_most_of_what_is_taken_it_is_named(folder: Path, over: list[int], said, capsys) -> None:
+    """A box of floor that is drawn over something red makes no red floor."""
+    for n in over:
+        image = cv2.imread(str(folder / "images" / f"{n}.png"))
+        image[48:56, 20:40] = image[26:34, 10:30]
+        cv2.imwrite(str(folder / "images" / f"{n}.png"), image)
+    assert learn(folder, *from_regions(folder)) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("red takes")]
+    assert f"of 'floor'. {said}" in line and line.endswith("or lower image.red.spread (0.08)")

@@ -38,7 +38,7 @@ class NodeState:
 
     :param wrong_type: what else than images is published there, and the way out; empty: nothing.
     :param dropped: images that a newer one replaced before they were looked at. :param lost: that never arrived.
-    :param calibration: empty: calibrated; else why not.
+    :param calibration: empty: calibrated; else why not. :param doubt: why a calibration may not be the images' own.
     :param unheard: who subscribes to results and gets none, a line each.
     :param shared: who else publishes under the same names, a line each.
     :param busy_s: since when one image is looked at; 0: none is.
@@ -54,6 +54,7 @@ class NodeState:
     dropped: int = 0
     lost: int = 0
     calibration: str = ""
+    doubt: str = ""
     unheard: tuple[str, ...] = ()
     shared: tuple[str, ...] = ()
     busy_s: float = 0.0
@@ -197,6 +198,8 @@ class Diagnostics:
             return self._status(
                 "calibration", WARN, f"{state.calibration}; no metric poses but those on a scene.plane", {}
             )
+        if state.doubt:
+            return self._status("calibration", WARN, f"calibrated, in doubt: {state.doubt}", {})
         return self._status("calibration", OK, "calibrated", {})
 
     def _recognition(self, state: NodeState, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:

@@ -81,7 +81,8 @@ class LiveImages:
         except ImageError as error:
             return Frame(stamp_ns, self.topic, error=str(error))
         size = (int(image.shape[1]), int(image.shape[0]))
-        return Frame(stamp_ns, self.topic, image, self._calibrations.camera_for(stamp_ns, size, self._rectified))
+        camera = self._calibrations.camera_for(stamp_ns, size, self._rectified, msg.header.frame_id)
+        return Frame(stamp_ns, self.topic, image, camera)
 
     def state(self) -> str:
         """How images come, in a line."""

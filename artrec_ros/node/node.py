@@ -192,6 +192,8 @@ class RecognizerNode(LifecycleNode):
         self._diagnostics.image_processed(time.monotonic(), report)
         if self._calibrations.problem and not self._on_plane:
             self.get_logger().warning(f"metric poses are withheld: {self._uncalibrated}", throttle_duration_sec=10.0)
+        elif doubt := self._calibrations.doubt:
+            self.get_logger().warning(doubt, throttle_duration_sec=10.0)
 
     def _images_there(self) -> tuple[bool, ...]:
         """Calibrated ones, or not, as far as is known."""
@@ -241,6 +243,7 @@ class RecognizerNode(LifecycleNode):
             topic="",
             dropped=early,
             calibration=problem,
+            doubt=self._calibrations.doubt,
             unheard=unheard,
             shared=shared,
             active=False,

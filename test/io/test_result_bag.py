@@ -93,6 +93,19 @@ def test_a_bag_beside_its_images(tmp_path, targets, ros2, write_rosbag2, picture
     assert {log for topic, log, _ in messages if topic == "/toy/poses"} == {12, 22}  # recorded when their image was
 
 
+def test_the_last_images_calibration_may_come_behind_it(tmp_path, targets, ros2, write_rosbag2, pictures):
+    script = []
+    for i, picture in enumerate(pictures(3)):
+        script.append(("/cam/image", 10 * i + 12, ros2.image(10 * i + 10, picture)))
+        script.append(("/cam/camera_info", 10 * i + 13, ros2.info(10 * i + 10, 100.0 + i, (8, 6))))
+    source = write_rosbag2(tmp_path / "source", script)
+    messages = write(tmp_path / "out", source, targets, [recognised(10 * i + 10, True) for i in range(3)])
+    assert [m.k[0] for m in of_topic(messages, "/cam/camera_info")] == [100, 101, 102]
+    assert sorted({log for topic, log, _ in messages if topic == "/toy/poses"}) == [12, 22, 32]
+    with open_sources([tmp_path / "out"], SourceOptions(topic="/cam/image")) as sources:
+        assert [f.camera.matrix[0, 0] for f in sources] == [100, 101, 102]
+
+
 def test_ros1_images_become_ros2_images(tmp_path, targets, ros1, write_rosbag1, pictures):
     (image,) = pictures(1)
     script = [("/cam/camera_info", 5, ros1.info(5, 100.0, (8, 6))), ("/cam/image", 12, ros1.image(10, image))]

@@ -158,6 +158,20 @@ def test_truth_of_the_image_plane_has_no_poses_and_objects_go_by_name_or_label(t
         read_truth(tmp_path / "t.jsonl")
 
 
+def test_what_is_seen_lies_before_the_camera(tmp_path):
+    """It was scored by its place in the image, and poses were never looked at."""
+    path, lies_behind = tmp_path / "t.jsonl", ("objects", 0, "position", [0, 0, -1])
+    for z in (0, -1):
+        path.write_text(f"{wrong_truth('stamp_ns', 4)}\n{wrong_truth('objects', 0, 'position', [0, 0, z])}\n")
+        with pytest.raises(SourceError, match=rf"t\.jsonl.*line 2.*objects\[0\]\.position.*z is {z} m") as caught:
+            read_truth(path)
+        assert "\n" not in str(caught.value)
+    line = json.loads(wrong_truth(*lies_behind))
+    line["objects"][0] |= {"components": {}, "centre_px": None}
+    path.write_text(json.dumps(line))
+    assert read_truth(path).frames[5][0].pose.position[2] == -1, "it is not in the image, and may be told of"
+
+
 def wrong_truth(*change):
     """A line of truth in which the value at some keys is another one."""
     part = {"full_px": 50, "visible_px": 40, "centre": [3, 4]}

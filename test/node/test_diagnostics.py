@@ -183,3 +183,10 @@ def test_that_blobs_wait_is_said_where_many_do(diagnostics: Diagnostics, blobs: 
     recognition = report(diagnostics, 102)["recognition"]
     assert (f"{blobs} blob(s) wait for a close look" in recognition.message) == said
     assert values(recognition)["blobs_waiting"] == f"{blobs:.1f}"
+
+
+def test_a_calibration_that_may_be_anothers_is_told_unless_there_is_none(diagnostics: Diagnostics) -> None:
+    status = report(diagnostics, 101, doubt="camera_info is of frame 'b'")["calibration"]
+    assert status.level == WARN and status.message == "calibrated, in doubt: camera_info is of frame 'b'"
+    status = report(diagnostics, 102, doubt="camera_info is of frame 'b'", calibration="not calibrated")["calibration"]
+    assert status.message.startswith("not calibrated") and "'b'" not in status.message

@@ -15,11 +15,13 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 
 import numpy as np
 import rclpy
+import toy
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import PoseArray
 from peer import WAIT_S, Peer, label_image, ros, wait_until
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from sensor_msgs.msg import CameraInfo
 from visualization_msgs.msg import MarkerArray
 
 from artrec_ros.core.recognizer import Recognizer
@@ -283,6 +285,19 @@ def test_pictures_are_made_for_those_who_look(
         monkeypatch.setattr(pipeline, name, lambda *_, name=name: made.append(name))
     node.take_image(label_image(picture), time.time_ns())
     assert node.counters.processed == 1 and made == []
+
+
+def test_a_calibration_of_another_camera_is_used_and_told(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    info = CameraInfo(width=toy.SIZE[0], height=toy.SIZE[1], k=toy.CAMERA.matrix.ravel())
+    image = label_image(picture)
+    info.header.frame_id, image.header.frame_id = "right", "left"
+    node.take_camera_info(info)
+    node.take_image(image, time.time_ns())
+    found = statuses(node, monkeypatch)["calibration"]
+    assert node.counters.objects == 1 and found.level == DiagnosticStatus.WARN
+    assert "'right'" in found.message and "'left'" in found.message
 
 
 def test_messages_are_made_for_those_who_listen(

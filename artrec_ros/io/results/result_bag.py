@@ -69,18 +69,22 @@ class ResultBag:
 
 
 Copy = Callable[[BagWriter], tuple[int, str]]
-"""Writes an image and what comes before it; tells when it was recorded, and its frame_id."""
+"""Writes an image and what comes before it, at the end behind it, too; tells when it was recorded, and its frame_id."""
 
 
 def _copies(source: Source) -> Iterator[Copy]:
     """A copy for each frame of a source, in order."""
     if isinstance(source, BagSource):
+        image: list[RawMessage] = []  # with what comes before it
         waiting: list[RawMessage] = []
         for message in source.messages():
             waiting.append(message)
             if message.topic == source.topic:
-                yield partial(_copy_messages, source, waiting)
-                waiting = []
+                if image:
+                    yield partial(_copy_messages, source, image)
+                image, waiting = waiting, []
+        if image:  # what comes behind the last one may be its calibration
+            yield partial(_copy_messages, source, image + waiting)
     elif isinstance(source, FolderSource):
         for frame, (_, path) in zip(source, source.files, strict=True):
             yield partial(_copy_frame, frame, path)
@@ -90,14 +94,16 @@ def _copies(source: Source) -> Iterator[Copy]:
 
 
 def _copy_messages(source: BagSource, waiting: Sequence[RawMessage], writer: BagWriter) -> tuple[int, str]:
-    frame_id = ""
+    log_ns, frame_id = 0, ""
     for message in waiting:
+        is_image = message.topic == source.topic
+        log_ns = message.log_ns if is_image else log_ns
         try:
             writer.write_raw(message.topic, message.log_ns, message.msgtype, source.bag.cdr(message))
-            frame_id = source.bag.parse(message).header.frame_id
+            frame_id = source.bag.parse(message).header.frame_id if is_image or not frame_id else frame_id
         except ImageError:  # the replay has told of it
             continue
-    return waiting[-1].log_ns, frame_id
+    return log_ns, frame_id
 
 
 def _copy_frame(frame: Frame, path: Path | None, writer: BagWriter) -> tuple[int, str]:

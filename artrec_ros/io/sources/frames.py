@@ -70,14 +70,14 @@ class Part:
     :param first: the number of the first one; `count`: how many they are.
     :param from_ns: bags: where to begin to read, by the time of recording; None: at the start.
     :param skip: bags: how many images come from there on before the first one; videos: from the start.
-    :param camera: bags: the calibration that holds before the first one.
+    :param cameras: bags: the calibration of each; empty: there is none in the bag, or it is not asked for.
     """
 
     first: int
     count: int
     from_ns: int | None = None
     skip: int = 0
-    camera: Camera | None = None
+    cameras: tuple[Camera | None, ...] = ()
 
 
 class Source(ABC):

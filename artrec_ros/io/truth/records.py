@@ -174,9 +174,17 @@ def _object(o: _Object, place: str) -> TrueObject:
     if missing := [key for key in needed if key not in o]:
         raise UnfitError("this key is missing", f"{place}.{missing[0]}")
     pose = Pose(_rotation(o["rotation"], f"{place}.rotation"), np.array(o["position"])) if "position" in o else None
+    if pose is not None and pose.position[2] <= 0 and _is_seen(o):
+        what = f"z is {pose.position[2]:g} m, behind the camera, and yet some of it is told to be in the image"
+        raise UnfitError(f"{what}; the camera looks along +z", f"{place}.position")
     joints = o.get("joints") or {}
     centre, identity = _point(o.get("centre_px")), o.get("identity")
     return TrueObject(o.get("team"), pose, components, centre, name, joints, identity=identity)
+
+
+def _is_seen(o: _Object) -> bool:
+    """Whether it is told to be in the image: of one that is not, mocap knows a place behind the camera as well."""
+    return o.get("centre_px") is not None or any(c["visible_px"] > 0 for c in o["components"].values())
 
 
 def _rotation(rows: _Rotation, key: str) -> Array:

@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
 from ..core.blobless import NO_PIXEL
+from ..core.warm_up import compiling
 from .pipeline import FrameReport
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -66,7 +67,7 @@ class NodeState:
 
 def getting_ready(share: float) -> str:
     """What users read while the node gets ready."""
-    return f"getting ready, {share:.0%}" + (": compiling, once on a machine" if share else "")
+    return f"getting ready, {share:.0%}" + (f": {compiling()}" if share else "")
 
 
 @dataclass(frozen=True)

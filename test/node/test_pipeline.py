@@ -22,6 +22,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
 from visualization_msgs.msg import MarkerArray
 
+from artrec_ros.core.base import kernel_cache
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node import pipeline, publishers, worker
@@ -164,6 +165,29 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
     assert wait_until(lambda: node.counters.processed == 2), "the first, which may be the only one, and the newest"
     assert node.is_ready and node.counters.objects == 2
     assert not [s for s in statuses(node, monkeypatch).values() if "getting ready" in s.message]
+
+
+@pytest.mark.parametrize("is_off", [False, True])
+def test_it_is_logged_at_once_and_once_that_each_start_compiles_or_none_does(
+    node: RecognizerNode, monkeypatch: pytest.MonkeyPatch, is_off: bool
+) -> None:
+    logged: list[str] = []
+    log = types.SimpleNamespace(**dict.fromkeys(("info", "warning"), lambda *_, **__: None), error=logged.append)
+    monkeypatch.setattr(node, "get_logger", lambda: log)
+    if is_off:
+        monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    else:
+        monkeypatch.setattr(kernel_cache, "writable", lambda: None)
+    building = getting_ready(node, monkeypatch)
+    if not is_off:
+        assert not logged, "all may be kept from before"
+        node._pipeline._told(0.1)
+        node._pipeline._told(0.2)
+        assert "getting ready, 20%: compiling, at every start" in statuses(node, monkeypatch)["recognition"].message
+    (line,) = logged
+    assert ("NUMBA_DISABLE_JIT" if is_off else "NUMBA_CACHE_DIR") in line
+    building.go_on.set()
+    assert wait_until(lambda: node.is_ready) and len(logged) == 1
 
 
 def test_an_image_that_waits_for_the_recognizer_is_let_go_where_nobody_asks_any_more(

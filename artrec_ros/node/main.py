@@ -57,8 +57,10 @@ def _serve(arguments: list[str], stop: Stop) -> int:
     from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
     sys.setswitchinterval(_SWITCH_S)
+    from ..io.images.decoding import silence_opencv
     from .node import RecognizerNode
 
+    silence_opencv()
     node: RecognizerNode | None = None
     begun = False
 

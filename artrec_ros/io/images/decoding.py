@@ -22,7 +22,7 @@ MAX_PIXELS = 64 * 2**20
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp")
 _SHOWN = 60  # letters of a text of unknown length
-_SMALLEST_GIF = b"GIF89a\1\0\1\0\x80\0\0\0\0\0\xff\xff\xff,\0\0\0\0\1\0\1\0\0\2\1D\0;"
+_SMALLEST_GIF = bytes.fromhex("47494638396101000100800000000000ffffff2c000000000100010000020144003b")
 _TURNED = 5  # the first EXIF orientation whose rows are columns
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR

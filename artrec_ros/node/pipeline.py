@@ -26,6 +26,8 @@ from .calibration import Calibrations
 from .publishers import Publishers
 from .worker import LiveQueue
 
+_MOST_SHOWN = 12  # of a list in the log
+
 
 @dataclass(frozen=True)
 class FrameReport:
@@ -208,7 +210,14 @@ class Pipeline:
 
 def _changes(before: Setup, now: Setup) -> str:
     keys = [key for key in {**before.resolved, **now.resolved} if before.value(key) != now.value(key)]
-    return ", ".join(f"{key} {now.value(key)}" for key in keys)
+    return ", ".join(f"{key} {_shown(now.value(key))}" for key in keys)
+
+
+def _shown(value: Any) -> str:
+    if not isinstance(value, list) or len(value) <= _MOST_SHOWN:
+        return str(value)
+    first = ", ".join(map(str, value[:_MOST_SHOWN]))
+    return f"[{first}, ...] ({len(value)} of them)"
 
 
 def _header_problem(header: Header) -> str:

@@ -6,6 +6,7 @@ import threading
 import time
 import types
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -31,8 +32,8 @@ from artrec_ros.node.inputs import Inputs
 from artrec_ros.node.node import RecognizerNode
 
 
-@pytest.fixture
-def node(parameter_file: Path) -> Iterator[RecognizerNode]:
+@contextmanager
+def alone(parameter_file: Path) -> Iterator[RecognizerNode]:
     """An active node in this process; nothing spins it, images are handed to it."""
     context = rclpy.Context()
     context.init()
@@ -43,6 +44,12 @@ def node(parameter_file: Path) -> Iterator[RecognizerNode]:
     yield node
     node.destroy_node()
     context.try_shutdown()
+
+
+@pytest.fixture
+def node(parameter_file: Path) -> Iterator[RecognizerNode]:
+    with alone(parameter_file) as node:
+        yield node
 
 
 class Gate:
@@ -145,6 +152,29 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
     node.take_image(label_image(picture), time.time_ns())
     status = statuses(node, monkeypatch)["recognition"]
     assert status.level == DiagnosticStatus.WARN and "toy: image.blank leaves no pixel of the image" in status.message
+
+
+def test_a_change_that_takes_a_class_its_colours_is_warned_of_and_many_numbers_are_cut_short(
+    parameter_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    colour = parameter_file.with_name("colour.yaml")
+    classes = "{kind: colour, classes: [red], red: {label: 7, rgb: [200, 10, 10]}"
+    colour.write_text(parameter_file.read_text().replace("{kind: labels, blank: []", classes))
+    logged: list[str] = []
+    with alone(colour) as node:
+        log = types.SimpleNamespace(info=logged.append, warning=logged.append, error=logged.append)
+        monkeypatch.setattr(node, "get_logger", lambda: log)
+        monkeypatch.setattr(node._pipeline, "_on_use", logged.append)
+        for value, told in (
+            ([], "no colour is given for red"),
+            ([200, 10, 10] * 100, "200, 10, 10, ...] (300 of them)"),
+        ):
+            logged.clear()
+            (answer,) = node.set_parameters([Parameter("image.red.rgb", Parameter.Type.INTEGER_ARRAY, value)])
+            assert answer.successful
+            assert wait_until(lambda: any("in use from now on" in line for line in logged))
+            assert any(told in line for line in logged) and max(map(len, logged)) < 300, logged
+            assert len(logged) == 1 + (not value)
 
 
 def test_it_answers_reports_and_counts_while_it_gets_ready(

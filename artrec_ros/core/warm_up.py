@@ -11,8 +11,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Collection, Iterator, Sequence
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 
 from .base import kernel_cache
@@ -28,6 +28,7 @@ Told = Callable[[float], None]  # called with the share done, 0 to 1, again and 
 
 _MOST_PROCESSES = 4
 _LOOK_S = 0.2
+_IN_VAIN = 3  # a process' exit code: what it compiles cannot be kept
 _ready: set[str] = set()
 _one_at_a_time = threading.Lock()
 
@@ -45,17 +46,46 @@ def get_ready(parts: Collection[str], told: Told = lambda share: None) -> None:
     with _one_at_a_time:
         new = [part for part in WHOLE if part in parts and part not in _ready]
         missing = [part for part in new if not kernel_cache.is_noted(part)]
+        needed = kernels({room for part in missing for room in ROOMS[part]})
+
+        def tell() -> None:
+            told(share_compiled(needed))
+
         if missing:
-            needed = kernels({room for part in missing for room in ROOMS[part]})
-            with kernel_cache.held(lambda: told(share_compiled(needed))):
+            with kernel_cache.held(tell):
                 missing = [part for part in missing if not kernel_cache.is_noted(part)]  # another process may have
-                _compile(missing, lambda: told(share_compiled(needed)))
-        for part in new:
-            for run in WHOLE[part]:
-                run()
-            if part in missing:
-                kernel_cache.note(part)
+                _compile(missing, tell)
+        with _telling(tell) if missing and needed else nullcontext():  # where nothing is kept, all is compiled here
+            for part in new:
+                for run in WHOLE[part]:
+                    run()
+                if part in missing:
+                    kernel_cache.note(part)
         _ready.update(new)
+
+
+def compiling() -> str:
+    """What is being done while `Told` is called, as users read it."""
+    return f"compiling, {'at every start' if kernel_cache.problem() else 'once on a machine'}"
+
+
+@contextmanager
+def _telling(tell: Callable[[], None]) -> Iterator[None]:
+    """Tell at once, and again and again while this thread is at work."""
+    tell()
+    done = threading.Event()
+
+    def go_on() -> None:
+        while not done.wait(_LOOK_S):
+            tell()
+
+    thread = threading.Thread(target=go_on, name="telling how far the compiler is", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
 
 
 def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
@@ -77,17 +107,18 @@ def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
                         cwd=Path(__file__).parents[2],
                         env=environment,
                         stdin=subprocess.PIPE,
-                        stdout=subprocess.DEVNULL,
+                        stdout=subprocess.PIPE,
                         stderr=subprocess.DEVNULL,
                     )  # fmt: skip
                 )
-        while any(process.poll() is None for process in at_work):
+        while None in (codes := {process.poll() for process in at_work}) and _IN_VAIN not in codes:
             told()
             time.sleep(_LOOK_S)
     finally:
         for process in at_work:
             process.kill()
-            process.communicate()
+            if why := process.communicate()[0]:
+                kernel_cache.note_failed_write(os.fsdecode(why))
     told()
 
 
@@ -101,7 +132,8 @@ def _shared_out(names: Sequence[str], count: int) -> list[list[str]]:
 
 def main(names: Sequence[str]) -> None:
     """A process beside the one that gets ready: compile these pieces."""
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    for end in (_end_with_parent, _end_in_vain):
+        threading.Thread(target=end, daemon=True).start()
     gc.disable()  # the compiler makes and keeps so much that a look for garbage takes a tenth of the time
     for name in names:
         PIECES[name].run()
@@ -111,6 +143,15 @@ def _end_with_parent() -> None:
     """Nothing is ever written to this process: its input ends when the one that started it does."""
     sys.stdin.read()
     os._exit(1)
+
+
+def _end_in_vain() -> None:
+    """What cannot be kept is of use to nobody: the process that started this one compiles it for itself, and is told
+    why at once."""
+    while not (why := kernel_cache.failed_write()):
+        time.sleep(_LOOK_S)
+    os.write(sys.stdout.fileno(), os.fsencode(why))
+    os._exit(_IN_VAIN)
 
 
 if __name__ == "__main__":

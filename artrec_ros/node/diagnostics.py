@@ -12,6 +12,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
 from ..core.blobless import NO_PIXEL
+from ..core.warm_up import compiling
 from .pipeline import FrameReport
 
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
@@ -26,6 +27,7 @@ class Counters:
     objects: int = 0
     incomplete: int = 0
     last_error: str = ""
+    is_unusable: bool = False  # the last image
     last_image_s: float | None = None
     header_problem: str = ""  # of the last image
     frame_id: str = ""  # of the last image that had one
@@ -67,7 +69,7 @@ class NodeState:
 
 def getting_ready(share: float) -> str:
     """What users read while the node gets ready."""
-    return f"getting ready, {share:.0%}" + (": compiling, once on a machine" if share else "")
+    return f"getting ready, {share:.0%}" + (f": {compiling()}" if share else "")
 
 
 @dataclass(frozen=True)
@@ -102,7 +104,7 @@ class Diagnostics:
     def image_processed(self, now_s: float, report: FrameReport) -> None:
         with self._lock:
             c = self.counters
-            c.processed += 1
+            c.processed, c.is_unusable = c.processed + 1, False
             c.objects += report.n_objects
             c.incomplete += bool(report.ended_by)
             c.last_image_s, c.header_problem = now_s, report.header_problem
@@ -112,7 +114,7 @@ class Diagnostics:
     def image_failed(self, now_s: float, error: str, frame_id: str = "") -> None:
         with self._lock:
             c = self.counters
-            c.failed += 1
+            c.failed, c.is_unusable = c.failed + 1, True
             c.last_image_s, c.last_error = now_s, error
             c.frame_id = frame_id or c.frame_id
 
@@ -185,6 +187,8 @@ class Diagnostics:
             return WARN, f"{new.lost} of {new.lost + count} images lost on the way"
         if new.dropped > looked_at:
             return WARN, f"{new.dropped} of {count} images dropped: they come faster than they are recognised"
+        if self.counters.is_unusable and not looked_at and not state.busy_s:
+            return ERROR, f"the last image could not be used: {self.counters.last_error}"
         if self.counters.header_problem:
             return WARN, self.counters.header_problem
         if not looked_at and state.busy_s:

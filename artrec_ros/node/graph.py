@@ -17,6 +17,7 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 from rclpy.validate_topic_name import validate_topic_name
 
 from ..core.base.errors import SourceError
+from .log_folder import check_log_folder
 
 _TURN_S = 0.1
 _PATIENCE_S = 5.0
@@ -38,7 +39,9 @@ class Graph:
     """
 
     def __init__(self, name: str, remappings: Sequence[str] = ()) -> None:
-        """:param name: the process' number goes behind it. :param remappings: rules such as image:=/camera/image."""
+        """:param name: the process' number goes behind it. :param remappings: rules such as image:=/camera/image.
+        :raises ConfigError: ROS cannot write its log."""
+        check_log_folder()
         self._since_s = time.monotonic()
         self._context = rclpy.Context()
         self._context.init(args=[])

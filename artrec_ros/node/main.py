@@ -57,8 +57,11 @@ def _serve(arguments: list[str], stop: Stop) -> int:
     from rclpy.signals import SignalHandlerOptions, install_signal_handlers
 
     sys.setswitchinterval(_SWITCH_S)
+    from ..io.images.decoding import silence_opencv
+    from .log_folder import check_log_folder
     from .node import RecognizerNode
 
+    silence_opencv()
     node: RecognizerNode | None = None
     begun = False
 
@@ -69,6 +72,7 @@ def _serve(arguments: list[str], stop: Stop) -> int:
 
     stop.begin(take_down)
     try:
+        check_log_folder(arguments)
         # rclpy's own handlers shut it down beneath whatever goes on, and so wait until that is no more than spinning
         rclpy.init(args=["artrec_node", *arguments], signal_handler_options=SignalHandlerOptions.NO)
         begun = True
@@ -145,3 +149,7 @@ def _spin(executor: Executor, node: RecognizerNode) -> None:
 
 def _one_line(text: str) -> str:
     return " ".join(text.split())
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -161,12 +161,17 @@ class LiveParameters:
     def _take(self, parameters: list[Parameter]) -> None:
         if self._checked is not None:
             there = self._calibrated()
-            told = unread(self._setup, there)
+            told = _oddities(self._setup, there)
             self._setup, self._checked = self._checked, None
             self._on_change(self._setup)
-            for line in unread(self._setup, there):
+            for line in _oddities(self._setup, there):
                 if line not in told:
                     self._node.get_logger().warning(line)
+
+
+def _oddities(setup: Setup, calibrated: Collection[bool]) -> list[str]:
+    """What is allowed, and seldom meant: values that nothing reads, classes without a colour, what cannot be found."""
+    return [*unread(setup, calibrated), *setup.lacks()]
 
 
 def coerce(spec: Spec, parameter: Parameter) -> Parameter:

@@ -26,6 +26,8 @@ from .calibration import Calibrations
 from .publishers import Publishers
 from .worker import LiveQueue
 
+_MOST_SHOWN = 12  # of a list in the log
+
 
 @dataclass(frozen=True)
 class FrameReport:
@@ -56,8 +58,8 @@ class Pipeline:
 
     :ivar dropped: images for which none could be built.
     :ivar problem: why the newest parameters are not in use, a line; empty: they are, or will be soon.
-    :param on_fault: called, in another thread, with a line when a recogniser could not be built, or what is compiled
-        for it not be kept.
+    :param on_fault: called, in another thread, with a line when a recogniser could not be built; and, once, as soon as
+        it is known that what is compiled for it cannot be kept, or that nothing is compiled.
     :param on_use: the same with a line when changed parameters hold: whoever changed them was answered before.
     :param is_late: whether a newer image waits already, or soon will; None: none ever does.
     :param on_answer: called when what an image shows is about to be published.
@@ -85,6 +87,7 @@ class Pipeline:
         check_targets(setup.targets)
         self.dropped, self.problem = 0, ""
         self._share: float | None = None
+        self._is_warned = False
         self._current: tuple[Setup, Recognizer] | None = None
         self._builder = LiveQueue(self._build, "new parameters")
         self._builder.offer(setup)
@@ -101,6 +104,12 @@ class Pipeline:
 
     def _told(self, share: float) -> None:
         self._share = share
+        self._warn(kernel_cache.problem())
+
+    def _warn(self, problem: str) -> None:
+        if problem and not self._is_warned:
+            self._is_warned = True
+            self._on_fault(problem)
 
     def change(self, setup: Setup) -> None:
         """Recognise with these parameters soon: at once where the recogniser stays, else when another one is built.
@@ -127,9 +136,10 @@ class Pipeline:
         self.problem = ""
         try:
             if recognizer is None or current is None or what != (current.image, current.recognizer, current.targets):
+                self._warn(kernel_cache.switched_off())
                 recognizer = setup.build(told=self._told)
-                if self._share is not None and kernel_cache.problem():
-                    self._on_fault(kernel_cache.problem())
+                if self._share is not None:
+                    self._warn(kernel_cache.problem())
         except Exception as error:  # parameters are checked before: a fault of this package
             fault = "the recogniser could not be built" if current is None else "the parameters are not in use"
             self.problem = f"{fault}: {one_line(error)}; change a parameter or configure the node anew"
@@ -200,7 +210,14 @@ class Pipeline:
 
 def _changes(before: Setup, now: Setup) -> str:
     keys = [key for key in {**before.resolved, **now.resolved} if before.value(key) != now.value(key)]
-    return ", ".join(f"{key} {now.value(key)}" for key in keys)
+    return ", ".join(f"{key} {_shown(now.value(key))}" for key in keys)
+
+
+def _shown(value: Any) -> str:
+    if not isinstance(value, list) or len(value) <= _MOST_SHOWN:
+        return str(value)
+    first = ", ".join(map(str, value[:_MOST_SHOWN]))
+    return f"[{first}, ...] ({len(value)} of them)"
 
 
 def _header_problem(header: Header) -> str:

@@ -51,6 +51,7 @@ def run(args: argparse.Namespace) -> int:
         from rclpy.signals import SignalHandlerOptions
 
         from .graph import check_topic
+        from .log_folder import check_log_folder
     except ImportError as error:
         raise ArtrecError(MISSING.format(error)) from error
     with Bag(args.bag, args.storage) as bag:
@@ -60,6 +61,7 @@ def run(args: argparse.Namespace) -> int:
             check_topic(name, "--remap")
         if args.wait_for:
             check_topic(args.wait_for, "--wait-for")
+        check_log_folder()
         rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
         try:
             player = _played(bag, topics, names, args)

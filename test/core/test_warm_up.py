@@ -4,9 +4,13 @@ import json
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
+
+from artrec_ros.core import warm_up
+from artrec_ros.core.base import kernel_cache
 
 ROOT = Path(__file__).parents[2]
 SIGNATURES = """
@@ -213,3 +217,53 @@ def test_the_first_start_answers_as_later_ones_do(tmp_path):
     assert cold["answers"] == warm["answers"]
     assert not cold["in_frames"] and not warm["in_frames"]
     assert not warm["told"] and cold["told"] == sorted(cold["told"]) and cold["told"][-1] > 0.5
+
+
+def test_where_nothing_can_be_kept_it_is_told_how_far_it_is_from_the_first_moment_on(monkeypatch, tmp_path):
+    told, seen = [], []
+
+    def run():
+        seen.append(list(told))
+        end_s = time.monotonic() + 30
+        while len(told) < 3 and time.monotonic() < end_s:
+            time.sleep(0.01)
+
+    monkeypatch.setattr(kernel_cache, "writable", lambda: None)
+    monkeypatch.setattr(kernel_cache, "folders", lambda: (tmp_path,))
+    monkeypatch.setattr(warm_up, "_ready", set())
+    monkeypatch.setattr(warm_up, "WHOLE", {"space": (run,)})
+    monkeypatch.setattr(warm_up, "kernels", lambda rooms: ["one"])
+    monkeypatch.setattr(warm_up, "share_compiled", lambda some: 0.1 * len(told))
+    warm_up.get_ready(["space"], told.append)
+    assert seen == [[0.0]] and len(told) >= 3
+    count = len(told)
+    time.sleep(3 * warm_up._LOOK_S)
+    assert len(told) == count, "nothing more when it is done"
+    assert warm_up.compiling() == "compiling, at every start"
+
+
+def test_a_process_whose_results_cannot_be_kept_ends_and_says_why():
+    program = """
+from artrec_ros.core import warm_up
+from artrec_ros.core.base import kernel_cache
+kernel_cache.note_failed_write("/there: compiled code cannot be written: No space left on device")
+warm_up._end_in_vain()
+"""
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=60)
+    assert (done.returncode, done.stderr) == (3, "")
+    assert done.stdout == "/there: compiled code cannot be written: No space left on device"
+
+
+def test_where_one_process_has_no_room_for_its_results_the_others_end_and_it_is_known_why(monkeypatch, tmp_path):
+    program = tmp_path / "python"  # the first one that is started has no room, the others have much to do
+    program.write_text("#!/bin/sh\nmkdir \"$0.first\" 2>&- || exec sleep 60\nprintf '/there: full'\nexit 3\n")
+    program.chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(program))
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1})
+    monkeypatch.setattr(kernel_cache, "_problem", "")
+    monkeypatch.setattr(kernel_cache, "writable", lambda: tmp_path)
+    monkeypatch.setattr(warm_up, "kernels", lambda rooms: ["one"])
+    began_s = time.monotonic()
+    warm_up._compile(["space"], lambda: None)
+    assert time.monotonic() - began_s < 30
+    assert kernel_cache.problem().startswith("/there: full; each start compiles anew, which takes minutes: make room")

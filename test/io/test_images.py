@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import struct
+import subprocess
+import sys
 import zlib
 
 import cv2
@@ -13,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from artrec_ros.core.base.errors import ImageError
+from artrec_ros.io.images import decoding
 from artrec_ros.io.images.decoding import (
     decode_compressed,
     decode_encoded,
@@ -174,6 +177,42 @@ def test_what_a_message_calls_its_unknown_content_is_told():
 def test_sixteen_bit_colours_are_refused():
     with pytest.raises(ImageError, match="8 bits"):
         decode_encoded(cv2.imencode(".png", np.dstack([DEEP] * 3))[1])
+
+
+@pytest.mark.parametrize("reads", [True, False])
+def test_a_gif_is_read_or_refused_as_one_that_opencv_does_not_read(reads, monkeypatch):
+    gif = decoding._SMALLEST_GIF
+    if reads:
+        if not decoding._reads_gif():
+            pytest.skip("this OpenCV reads no GIF")
+        assert decode_encoded(gif).shape == (1, 1, 3)
+        with pytest.raises(ImageError, match="damaged image: 30 bytes for 1x1 pixels"):
+            decode_encoded(gif[:30])
+        return
+    monkeypatch.setattr(cv2, "imdecode", lambda *_: None)
+    decoding._reads_gif.cache_clear()
+    with pytest.raises(ImageError, match=f"a GIF, which this OpenCV, {cv2.__version__}, does not read: PNG or JPEG"):
+        decode_compressed("gif", gif)
+    decoding._reads_gif.cache_clear()
+
+
+CUT_OFF = """
+from artrec_ros.io.images import decoding
+from artrec_ros.core.base.errors import ImageError
+decoding.silence_opencv()
+try:
+    decoding.decode_encoded(decoding._SMALLEST_GIF[:30])
+except ImageError as error:
+    print(error)
+"""
+
+
+def test_opencv_says_nothing_of_its_own_unless_it_is_asked_for(monkeypatch):
+    for level, is_silent in (("", True), ("ERROR", False)):
+        monkeypatch.setenv("OPENCV_LOG_LEVEL", level) if level else monkeypatch.delenv("OPENCV_LOG_LEVEL", False)
+        done = subprocess.run([sys.executable, "-c", CUT_OFF], capture_output=True, text=True, timeout=60)
+        assert done.returncode == 0 and "damaged image" in done.stdout or not decoding._reads_gif()
+        assert not done.stderr if is_silent else done.stderr or not decoding._reads_gif()
 
 
 def png_claiming(width: int, height: int) -> bytes:

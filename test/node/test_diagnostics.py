@@ -85,6 +85,17 @@ def test_silence_is_told_after_its_time_only(diagnostics: Diagnostics) -> None:
     assert report(diagnostics, 102.6)["input"].level == WARN
 
 
+def test_an_image_that_could_not_be_used_is_told_until_another_one_comes(diagnostics: Diagnostics) -> None:
+    diagnostics.image_failed(100.5, "damaged")
+    for now_s in (101, 102):  # the second report is of a time in which none came
+        status = report(diagnostics, now_s)["input"]
+        assert status.level == ERROR and "damaged" in status.message
+    assert "of those that came: damaged" in report(diagnostics, 103)["input"].message
+    diagnostics.image_processed(103.5, frame(1.0, 1))
+    for now_s in (104, 105):
+        assert report(diagnostics, now_s)["input"].level == OK
+
+
 def test_silence_counts_from_the_start_and_from_each_activation(diagnostics: Diagnostics) -> None:
     assert report(diagnostics, 101.5)["input"].level == OK
     report(diagnostics, 110, active=False)

@@ -6,6 +6,7 @@ import threading
 import time
 import types
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +25,7 @@ from rclpy.parameter import Parameter
 from sensor_msgs.msg import CameraInfo
 from visualization_msgs.msg import MarkerArray
 
+from artrec_ros.core.base import kernel_cache
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.node import pipeline, publishers, worker
@@ -32,8 +34,8 @@ from artrec_ros.node.inputs import Inputs
 from artrec_ros.node.node import RecognizerNode
 
 
-@pytest.fixture
-def node(parameter_file: Path) -> Iterator[RecognizerNode]:
+@contextmanager
+def alone(parameter_file: Path) -> Iterator[RecognizerNode]:
     """An active node in this process; nothing spins it, images are handed to it."""
     context = rclpy.Context()
     context.init()
@@ -44,6 +46,12 @@ def node(parameter_file: Path) -> Iterator[RecognizerNode]:
     yield node
     node.destroy_node()
     context.try_shutdown()
+
+
+@pytest.fixture
+def node(parameter_file: Path) -> Iterator[RecognizerNode]:
+    with alone(parameter_file) as node:
+        yield node
 
 
 class Gate:
@@ -148,6 +156,29 @@ def test_a_change_is_answered_at_once_and_works_when_its_recognizer_is_built(
     assert status.level == DiagnosticStatus.WARN and "toy: image.blank leaves no pixel of the image" in status.message
 
 
+def test_a_change_that_takes_a_class_its_colours_is_warned_of_and_many_numbers_are_cut_short(
+    parameter_file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    colour = parameter_file.with_name("colour.yaml")
+    classes = "{kind: colour, classes: [red], red: {label: 7, rgb: [200, 10, 10]}"
+    colour.write_text(parameter_file.read_text().replace("{kind: labels, blank: []", classes))
+    logged: list[str] = []
+    with alone(colour) as node:
+        log = types.SimpleNamespace(info=logged.append, warning=logged.append, error=logged.append)
+        monkeypatch.setattr(node, "get_logger", lambda: log)
+        monkeypatch.setattr(node._pipeline, "_on_use", logged.append)
+        for value, told in (
+            ([], "no colour is given for red"),
+            ([200, 10, 10] * 100, "200, 10, 10, ...] (300 of them)"),
+        ):
+            logged.clear()
+            (answer,) = node.set_parameters([Parameter("image.red.rgb", Parameter.Type.INTEGER_ARRAY, value)])
+            assert answer.successful
+            assert wait_until(lambda: any("in use from now on" in line for line in logged))
+            assert any(told in line for line in logged) and max(map(len, logged)) < 300, logged
+            assert len(logged) == 1 + (not value)
+
+
 def test_it_answers_reports_and_counts_while_it_gets_ready(
     node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -166,6 +197,29 @@ def test_it_answers_reports_and_counts_while_it_gets_ready(
     assert wait_until(lambda: node.counters.processed == 2), "the first, which may be the only one, and the newest"
     assert node.is_ready and node.counters.objects == 2
     assert not [s for s in statuses(node, monkeypatch).values() if "getting ready" in s.message]
+
+
+@pytest.mark.parametrize("is_off", [False, True])
+def test_it_is_logged_at_once_and_once_that_each_start_compiles_or_none_does(
+    node: RecognizerNode, monkeypatch: pytest.MonkeyPatch, is_off: bool
+) -> None:
+    logged: list[str] = []
+    log = types.SimpleNamespace(**dict.fromkeys(("info", "warning"), lambda *_, **__: None), error=logged.append)
+    monkeypatch.setattr(node, "get_logger", lambda: log)
+    if is_off:
+        monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    else:
+        monkeypatch.setattr(kernel_cache, "writable", lambda: None)
+    building = getting_ready(node, monkeypatch)
+    if not is_off:
+        assert not logged, "all may be kept from before"
+        node._pipeline._told(0.1)
+        node._pipeline._told(0.2)
+        assert "getting ready, 20%: compiling, at every start" in statuses(node, monkeypatch)["recognition"].message
+    (line,) = logged
+    assert ("NUMBA_DISABLE_JIT" if is_off else "NUMBA_CACHE_DIR") in line
+    building.go_on.set()
+    assert wait_until(lambda: node.is_ready) and len(logged) == 1
 
 
 def test_an_image_that_waits_for_the_recognizer_is_let_go_where_nobody_asks_any_more(

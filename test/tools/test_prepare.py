@@ -79,5 +79,41 @@ def test_lines_tell_how_far_it_is_where_there_is_no_terminal(capsys: pytest.Capt
     assert capsys.readouterr().err.splitlines() == ["getting ready, 0%: compiling, once on a machine"]
 
 
+def test_a_line_tells_first_and_once_why_nothing_is_kept(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel_cache, "writable", lambda: None)
+    with progress() as told:
+        told(0.0)
+        told(0.4)
+    warning, line = capsys.readouterr().err.splitlines()
+    assert warning.startswith("warning: ") and "NUMBA_CACHE_DIR" in warning
+    assert line == "getting ready, 0%: compiling, at every start"
+
+
+def test_a_folder_that_fills_up_is_told_of_at_the_first_result_that_has_no_room(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(kernel_cache, "_problem", "")
+    with progress() as told:
+        told(0.1)
+        assert "warning" not in capsys.readouterr().err
+        kernel_cache.note_failed_write("/there: compiled code cannot be written: No space left on device")
+        told(0.1)
+        (line,) = capsys.readouterr().err.splitlines()
+    assert "warning: /there" in line and "make room" in line
+    assert not capsys.readouterr().err, "once"
+
+
+def test_a_compiler_that_is_switched_off_is_told_of_though_nothing_is_compiled(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    with progress():
+        pass
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("warning: NUMBA_DISABLE_JIT is set")
+
+
 def test_every_part_has_its_pieces() -> None:
     assert {piece.part for piece in PIECES.values()} == {PLANE, SPACE}

@@ -22,6 +22,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 _CORE = Path(__file__).parents[1]
 _FORGOTTEN_S = 14 * 86400.0  # other versions' results are removed when nothing was compiled into them for so long
 _LOOK_S = 0.2  # how often one looks whether another process is done
+_ROOM_MB = 50  # for all results, and some to spare
 _problem = ""
 
 
@@ -66,19 +67,39 @@ def _forget_others(folder: Path) -> None:
                 shutil.rmtree(other, ignore_errors=True)
 
 
+def switched_off() -> str:
+    """Why nothing is compiled at all, and the way out; empty: it is."""
+    if not numba.config.DISABLE_JIT:
+        return ""
+    return "NUMBA_DISABLE_JIT is set: nothing is compiled, and images take some hundred times as long; unset it"
+
+
 def problem() -> str:
     """Why results are not kept, and the way out; empty: they are."""
+    if off := switched_off():
+        return off
     if writable() is None:
         tried = ", ".join(str(folder.parent) for folder in folders())
-        what = f"{tried}: compiled code cannot be written there"
+        what, way_out = f"{tried}: compiled code cannot be written there", "make the folder writable"
     elif _problem:
-        what = _problem
+        what, way_out = _problem, f"make room for {_ROOM_MB} MB there"
     else:
         return ""
     return (
-        f"{what}; each start compiles anew, which takes a minute: make the folder writable, or name another with "
+        f"{what}; each start compiles anew, which takes minutes: {way_out}, or name another folder with "
         "NUMBA_CACHE_DIR, and run `artrec prepare`"
     )
+
+
+def failed_write() -> str:
+    """Why a result could not be written, though there is a folder for it; empty: none failed so far."""
+    return _problem
+
+
+def note_failed_write(why: str) -> None:
+    """From here on `problem` tells of it."""
+    global _problem
+    _problem = why
 
 
 def is_noted(name: str) -> bool:
@@ -98,10 +119,14 @@ def note(name: str) -> None:
 def held(waiting: Callable[[], None]) -> Iterator[None]:
     """For one process at a time: others wait for what it compiles. :param waiting: called again and again meanwhile."""
     folder = writable()
-    if folder is None:
+    try:
+        file = (folder / "lock").open("a") if folder is not None else None
+    except OSError:  # a full disk may have no room for another file
+        file = None
+    if file is None:
         yield
         return
-    with (folder / "lock").open("a") as lock:
+    with file as lock:
         while True:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -165,10 +190,9 @@ class KernelCache(FunctionCache):
         return None
 
     def save_overload(self, signature: Any, data: Any) -> None:
-        global _problem
         if writable() is None:
             return
         try:
             super().save_overload(signature, data)
         except OSError as error:
-            _problem = f"{self._cache_path}: compiled code cannot be written: {error.strerror or error}"
+            note_failed_write(f"{self._cache_path}: compiled code cannot be written: {error.strerror or error}")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import ConfigError, ImageError
 from ..base.yaml_files import read_bytes, shown
-from .headers import grey_bits_of, orientation_of, size_of
+from .headers import GIF_MAGIC, grey_bits_of, orientation_of, size_of
 
 Image = NDArray[Any]
 
@@ -20,6 +22,7 @@ MAX_PIXELS = 64 * 2**20
 
 IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".bmp")
 _SHOWN = 60  # letters of a text of unknown length
+_SMALLEST_GIF = bytes.fromhex("47494638396101000100800000000000ffffff2c000000000100010000020144003b")
 _TURNED = 5  # the first EXIF orientation whose rows are columns
 
 # encoding -> channels, bytes per channel, OpenCV conversion to BGR
@@ -34,6 +37,16 @@ ENCODINGS: dict[str, tuple[int, int, int | None]] = {
     "bgra8": (4, 1, cv2.COLOR_BGRA2BGR),
     "rgba8": (4, 1, cv2.COLOR_RGBA2BGR),
 }
+
+
+def silence_opencv() -> None:
+    """From now on OpenCV logs no line of its own for each image that it cannot read, of which our errors tell.
+
+    For the whole process; a level that the user has set in the environment stays.
+    """
+    logging = getattr(getattr(cv2, "utils", None), "logging", None)  # not in every build
+    if logging is not None and "OPENCV_LOG_LEVEL" not in os.environ:
+        logging.setLogLevel(logging.LOG_LEVEL_FATAL)
 
 
 def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian: bool, data: Any) -> Image:
@@ -67,8 +80,8 @@ def decode_image(encoding: str, height: int, width: int, step: int, is_bigendian
 
 
 def decode_compressed(image_format: str, data: Any) -> Image:
-    """The pixels of a sensor_msgs/CompressedImage that holds PNG, JPEG, WebP or BMP, as they lie: EXIF data turn
-    nothing, for the calibration beside it is of the pixels as they lie.
+    """The pixels of a sensor_msgs/CompressedImage that holds PNG, JPEG, WebP, BMP or, where OpenCV reads it, GIF, as
+    they lie: EXIF data turn nothing, for the calibration beside it is of the pixels as they lie.
 
     :param image_format: the message's `format`, such as 'png', 'mono8; png compressed', 'bgr8; jpeg compressed bgr8'.
     :return: as `decode_image`; an alpha channel is dropped.
@@ -99,8 +112,15 @@ def _unchanged(encoded: bytes) -> Image:
     except cv2.error as error:
         raise ImageError(f"damaged image of {len(encoded)} bytes: {error.err}") from error
     if image is None:
+        if encoded.startswith(GIF_MAGIC) and not _reads_gif():
+            raise ImageError(f"a GIF, which this OpenCV, {cv2.__version__}, does not read: PNG or JPEG, please")
         raise ImageError(f"damaged image: {len(encoded)} bytes for {width}x{height} pixels could not be decoded")
     return image
+
+
+@cache
+def _reads_gif() -> bool:
+    return cv2.imdecode(np.frombuffer(_SMALLEST_GIF, np.uint8), cv2.IMREAD_UNCHANGED) is not None
 
 
 def decode_file(data: bytes) -> Image:

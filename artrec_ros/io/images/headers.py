@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from ...core.base.errors import ImageError
 
 _PNG_MAGIC, _JPEG_MAGIC = b"\x89PNG\r\n\x1a\n", b"\xff\xd8"
+GIF_MAGIC = b"GIF8"
 _JPEG_START_OF_FRAME = frozenset(range(0xC0, 0xD0)) - {0xC4, 0xC8, 0xCC}
 _EXIF_SEGMENT, _EXIF, _ORIENTATION = 0xE1, b"Exif\0\0", 0x0112
 
@@ -93,7 +94,7 @@ def _size_reader(encoded: bytes) -> Callable[[bytes], tuple[int, int]]:
         return _webp_size
     if encoded.startswith(b"BM"):
         return _bmp_size
-    if encoded.startswith(b"GIF8"):
+    if encoded.startswith(GIF_MAGIC):
         return _gif_size
     if not encoded:
         raise ImageError("it is empty")

@@ -69,6 +69,21 @@ def test_where_nothing_can_be_written_a_line_says_the_way_out(forgetful, monkeyp
         pass
 
 
+def test_a_folder_without_room_for_a_lock_holds_nobody_up(forgetful, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    (kernel_cache.writable() / "lock").mkdir()  # a file of this name cannot be opened
+    with kernel_cache.held(lambda: None):
+        pass
+
+
+def test_a_compiler_that_is_switched_off_is_named_before_all_else(forgetful, monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    assert not kernel_cache.switched_off()
+    monkeypatch.setattr("numba.config.DISABLE_JIT", 1)
+    assert kernel_cache.problem() == kernel_cache.switched_off() != ""
+    assert "NUMBA_DISABLE_JIT" in kernel_cache.problem()
+
+
 def test_old_results_of_other_versions_are_removed_and_new_ones_stay(forgetful, monkeypatch, tmp_path):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     old, new = tmp_path / "kernels-old", tmp_path / "kernels-new"

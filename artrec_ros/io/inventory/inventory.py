@@ -30,7 +30,7 @@ from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, VIDEO_FILE, read_results
 from ..sources.frames import SourceOptions
-from ..sources.video_source import VideoSource
+from ..sources.video_source import UNDECODABLE, VideoSource
 from ..truth.records import load_truth
 from .contents import (
     MISSING,
@@ -173,10 +173,12 @@ def _read_images(path: Path) -> Sample:
 def _read_video(path: Path) -> Sample:
     video = VideoSource(path, SourceOptions())
     try:
-        images = video.sample(_SAMPLES)
-        if not images:
+        seen = video.survey(_SAMPLES)
+        if not seen.images:
             raise SourceError(f"{path}: no frame of it can be decoded")
-        return Sample(str(path), video.count, tuple(images))
+        lost = f"{', '.join(seen.lost[:_LISTED])}{', ...' if len(seen.lost) > _LISTED else ''}: {UNDECODABLE}"
+        problems = [*([lost] if seen.lost else []), *(line.removeprefix(f"{path}: ") for line in video.problems)]
+        return Sample(str(path), seen.count, seen.images, tuple(problems))
     finally:
         video.close()
 

@@ -17,10 +17,13 @@ from ..images.folders import LOSSY, images_of, is_lossy, passed_over
 from ..images.video import VIDEO_SUFFIXES
 from .bag_source import BagSource
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
+from .kinds import check_kind
 from .video_source import VideoSource
 
 _STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
 _LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
+
+_STILL = ".gif"  # a folder's may be single images
 
 
 def stamps_by_name(files: Sequence[Path]) -> list[int]:
@@ -90,7 +93,7 @@ def _instead(folder: Path) -> str:
     holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
     if holders:
         return f"; look in {' or '.join(holders[:3])}"
-    videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
+    videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES and p.suffix.lower() != _STILL)
     if videos:
         return f"; give a video in it by its name: {videos[0]}"
     others = passed_over(folder)
@@ -127,6 +130,7 @@ class Sources:
         return [line for part in self.parts for line in part.problems]
 
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
+        check_kind(path)
         if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options, report)
         if path.suffix.lower() in VIDEO_SUFFIXES and not path.is_dir():

@@ -70,8 +70,8 @@ class _Decoder:
         return True
 
     def _lost_ms(self, failed: int, told_ms: float) -> list[float]:
-        """Times of lost frames. No more are lost than time allows: where frames are coded in another order than shown, a
-        damaged packet is not that of the next one, which comes all the same."""
+        """Times of lost frames, no more than time allows: where frames are coded in another order than shown, a packet
+        that is damaged is not that of the next one, which comes all the same."""
         if told_ms <= 0 or self.rate_hz <= 0:
             return [0.0] * failed
         gap_ms = told_ms - self._told_ms

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import cv2
 
-from ...core.base.errors import SourceError
+from ...core.base.errors import SourceError, UnreadableError
 from ..bags.topics import Report
 from ..base.bars import bar
 from ..base.yaml_files import size_of_file
@@ -38,7 +38,7 @@ class _Decoder:
         size = size_of_file(path, SourceError)
         self._video = cv2.VideoCapture(str(path.absolute()))  # 'http:x/v.mp4' would be a protocol
         if not self._video.isOpened():
-            raise SourceError(f"{path}: cannot be read as a video by this OpenCV{_way_out(path, size)}")
+            raise UnreadableError(f"{path}: cannot be read as a video by this OpenCV{_way_out(path, size)}")
         self.number = 0
         self.announced = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
         self.rate_hz = float(self._video.get(cv2.CAP_PROP_FPS))

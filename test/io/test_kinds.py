@@ -1,67 +1,66 @@
-"""What is no source is told, with what is one."""
+"""Files given in another one's place are called what they are."""
 
-import re
+from __future__ import annotations
+
+import json
+import shutil
 from pathlib import Path
 
-import cv2
-import numpy as np
 import pytest
 
-from artrec_ros.core.base.errors import SourceError
-from artrec_ros.io.images.decoding import IMAGE_SUFFIXES
-from artrec_ros.io.images.video import VIDEO_SUFFIXES
-from artrec_ros.io.inventory.inventory import take_stock
-from artrec_ros.io.sources.opening import open_sources
-from artrec_ros.io.sources.video_source import VideoSource
+from artrec_ros.core.base.errors import ArtrecError
+from artrec_ros.io.images.cameras import load_camera
+from artrec_ros.io.learned.annotations import load_coco
+from artrec_ros.io.learned.constraints import load_constraints
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.io.truth.records import load_truth
 
-ROOT = Path(__file__).parents[2]
-
-
-@pytest.mark.parametrize("suffix", [".M4V", ".mpg", ".wmv", ".flv", ".3gp", ".ts", ".MTS", ".gif"])
-def test_videos_are_known_by_all_their_suffixes(tmp_path, suffix):
-    film = tmp_path / "film.avi"
-    writer = cv2.VideoWriter(str(film), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (64, 48))
-    writer.write(np.zeros((48, 64, 3), np.uint8))
-    writer.release()
-    path = film.rename(tmp_path / f"film{suffix}")  # OpenCV looks at what it holds
-    with open_sources([path]) as sources:
-        assert isinstance(sources.parts[0], VideoSource) and len(list(sources)) == 1
-    (item,) = take_stock([path])
-    assert item.error is None and item.content.count == 1
-
-
-def test_a_file_of_no_known_kind_is_told_what_would_be_one(tmp_path):
-    path = tmp_path / "film.xyz"
-    path.write_bytes(bytes(99))
-    for suffix in (".mp4", ".gif", ".png", ".mcap"):
-        with pytest.raises(SourceError, match=rf"film.xyz: '.xyz' is no source: .*\{suffix}"):
-            open_sources([path])
-    (item,) = take_stock([path])
-    assert "no kind of file that artrec inspect reads" in item.error and ".mp4" in item.error and ".png" in item.error
+CONFIG = Path(__file__).parents[2] / "config"
+COCO = {"images": [], "annotations": [], "categories": []}
+RESULT = {"stamp_ns": 1, "frame": "x", "objects": [], "rejected": []}
+FILES = {
+    "object.yaml": "an object file",
+    "constraints.yaml": "a constraint file",
+    "parameters.yaml": "a parameter file (ros__parameters)",
+    "coco.json": "a COCO file",
+    "camera.yaml": "a camera calibration",
+    "metadata.yaml": "a bag's metadata.yaml",
+    "replay.json": "the plan of a replay",
+}
+READERS = {
+    "an object file": load_object,
+    "a constraint file": lambda path: load_constraints(path, load_object(CONFIG / "objects" / "excavator.yaml", {})),
+    "a parameter file (ros__parameters)": load_parameters,
+    "a COCO file": lambda path: load_coco([path]),
+    "a camera calibration": load_camera,
+}
 
 
-def test_of_an_image_its_folder_is_wanted(tmp_path):
-    cv2.imwrite(str(tmp_path / "a.png"), np.zeros((8, 8), np.uint8))
-    with pytest.raises(SourceError, match="is an image; give the folder"):
-        open_sources([tmp_path / "a.png"])
+@pytest.fixture
+def files(tmp_path):
+    shutil.copy(CONFIG / "objects" / "excavator.yaml", tmp_path / "object.yaml")
+    shutil.copy(CONFIG / "constraints" / "excavator.yaml", tmp_path / "constraints.yaml")
+    shutil.copy(CONFIG / "excavator.yaml", tmp_path / "parameters.yaml")
+    (tmp_path / "coco.json").write_text(json.dumps(COCO))
+    (tmp_path / "camera.yaml").write_text("image_width: 8\nimage_height: 6\ncamera_matrix: {}\n")
+    (tmp_path / "metadata.yaml").write_text("rosbag2_bagfile_information: {version: 9}\n")
+    (tmp_path / "replay.json").write_text('{"format": "artrec_replay/1"}')
+    return tmp_path
 
 
-@pytest.mark.parametrize("name", ["rtsp://camera/live", "http://host/film.mp4", "/dev/video97", "/dev/null"])
-def test_live_sources_go_to_the_node(name):
-    with pytest.raises(SourceError, match=re.escape(f"{name}: is no file: live images go to the node")):
-        open_sources([Path(name)])
-    (item,) = take_stock([Path(name)])
-    assert "live images go to the node" in item.error
+@pytest.mark.parametrize("name", FILES)
+@pytest.mark.parametrize("wanted", READERS)
+def test_a_file_in_anothers_place_is_called_what_it_is(files, name, wanted):
+    if FILES[name] == wanted:
+        return
+    with pytest.raises(ArtrecError) as caught:
+        READERS[wanted](files / name)
+    message = str(caught.value)
+    assert message.startswith(f"{files / name}: is {FILES[name]}; {wanted} is wanted here") and "\n" not in message
 
 
-def test_a_folder_may_be_called_like_an_address(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    Path("http:/host").mkdir(parents=True)
-    cv2.imwrite("http:/host/a.png", np.zeros((8, 8), np.uint8))
-    with open_sources([Path("http:/host")]) as sources:
-        assert sources.count == 1
-
-
-def test_the_documentation_lists_the_suffixes():
-    text = (ROOT / "docs/replay.md").read_text(encoding="utf-8")
-    assert not [s for s in (*VIDEO_SUFFIXES, *IMAGE_SUFFIXES) if f"`{s}`" not in text]
+def test_results_are_no_truth(tmp_path):
+    (tmp_path / "detections.jsonl").write_text(json.dumps(RESULT) + "\n")
+    with pytest.raises(ArtrecError, match=r"is a result of a replay \(detections.jsonl\); truth"):
+        load_truth(tmp_path / "detections.jsonl")

@@ -16,7 +16,8 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
 from ..core.learning.colour_learning import Pair, check_samples, enough
 from ..io.base.bars import bar, say
-from ..io.images.decoding import read_image
+from ..io.images.decoding import IMAGE_SUFFIXES, read_image
+from ..io.images.video import VIDEO_SUFFIXES
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects
 from ..io.learned.marked_scales import beyond_marks_px, marked_scales
@@ -141,6 +142,11 @@ def check(args: argparse.Namespace) -> None:
     for source in args.sources if args.label_images is None else ():
         if source.is_dir() and not holds_bag(source):
             raise ConfigError(f"{source}: is no bag; name the folder of its label images with --label-images DIR")
+        if source.suffix.lower() in VIDEO_SUFFIXES and source.is_file():
+            raise ConfigError(
+                f"{source}: a video has no label images; name a folder of some of its frames' with --label-images DIR "
+                f"({source.stem}_000000.png, ...), or mark pictures of its frames and give --annotations in its place"
+            )
     if not args.params_file and not args.classes:
         raise ConfigError("--classes: name the classes to learn, such as red=3, or give --params-file")
     _check_classes(args.classes, apart=not args.annotations)
@@ -186,6 +192,7 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
     """Colour images with their label images."""
     colour = SourceOptions(topic=args.topic, image_kind="colour")
     label = SourceOptions(topic=args.label_topic, image_kind="labels")
+    unlabelled, found = list[str](), False
     tell = once(say)  # a bag is opened for either, and tells what it lacks twice
     for source in args.sources:
         with open_sources([source], colour, say) as images:
@@ -194,10 +201,17 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
                     yield from _checked(_by_stamp(images, label_frames))
                     problems = [*images.problems, *label_frames.problems]
             else:
-                yield from _checked(by_name(images, args.label_images))
+                for pair in _checked(_by_name(images, args.label_images, unlabelled)):
+                    found = True
+                    yield pair
                 problems = images.problems
         for line in problems:
             tell(line)
+    if unlabelled and not found:
+        raise ConfigError(
+            f"--label-images: {args.label_images} holds no label image that is named like one of {len(unlabelled)} "
+            f"frames, such as {_label_name(unlabelled[0])}"
+        )
 
 
 def _by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tuple[Frame, Frame]]:
@@ -211,12 +225,23 @@ def _by_stamp(images: Iterable[Frame], labels: Iterable[Frame]) -> Iterator[tupl
             yield frame, label
 
 
-def by_name(images: Iterable[Frame], folder: Path) -> Iterator[tuple[Frame, Frame]]:
-    """Pairs of files with the same name but for the suffix; the folder's are PNG."""
+def _by_name(images: Iterable[Frame], folder: Path, unlabelled: list[str]) -> Iterator[tuple[Frame, Frame]]:
+    """Pairs of files with the same name but for the suffix; the folder's are PNG.
+
+    :param unlabelled: gets the names of frames that have none.
+    """
     for frame in images:
-        path = (folder / frame.name).with_suffix(".png")
+        path = folder / _label_name(frame.name)
         if path.is_file():
             yield frame, Frame(frame.stamp_ns, path.name, read_image(path))
+        else:
+            unlabelled.append(frame.name)
+
+
+def _label_name(frame: str) -> str:
+    """Frames of a video have no suffix, and their names may hold points."""
+    path = Path(frame)
+    return f"{path.stem if path.suffix.lower() in IMAGE_SUFFIXES else path.name}.png"
 
 
 def _checked(pairs: Iterable[tuple[Frame, Frame]]) -> Iterator[Pair]:

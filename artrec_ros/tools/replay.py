@@ -85,13 +85,13 @@ def run(args: argparse.Namespace) -> int:
     if args.rerun:
         check_output(args.rerun, inputs, OF_RECORDING)
     tell = once(say)
-    with open_sources(args.sources, options, tell) as sources:
-        calibrated = {part.calibrated for part in sources.parts}
+    with open_sources(args.sources, options, tell, keep_going=True) as sources:
+        calibrated = sources.calibrated
         for line in unread(setup, calibrated):
             say(line)
         for line in (line for t in setup.targets for line in oddities(t)):
             say(f"warning: {line}")
-        for line in setup.lacks(all(part.starts_calibrated() for part in sources.parts)):
+        for line in setup.lacks(sources.starts_calibrated()):
             say(f"warning: {line}")
         in_space = [t for t in setup.targets if way_of(t, setup.recognizer, calibrated=True) == SPACE]
         if True not in calibrated and not all(t.model.is_flat for t in in_space):  # flat ones are found without
@@ -150,7 +150,7 @@ def _replay(
             join = Join(Tracker(setup.tracking, setup.targets, setup.recognizer))
             running = Running(
                 order.packed(), named, engine, folder.journal, folder.known, join, pictures, take, tell,
-                chained=remembers(targets, order.setup.recognizer, {part.calibrated for part in sources.parts}),
+                chained=remembers(targets, order.setup.recognizer, sources.calibrated),
             )  # fmt: skip
             with interruptible(running.stop) as interrupted:
                 running.run()

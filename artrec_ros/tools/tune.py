@@ -104,7 +104,7 @@ def run(args: argparse.Namespace) -> int:
 
     options = source_options(args, setup)
     with open_sources(args.sources, options, say) as sources, ExitStack() as stack:
-        calibrated = {part.calibrated for part in sources.parts}
+        calibrated = sources.calibrated
         for line in unread(setup, calibrated, {dimension.spec.name for dimension in space}):
             say(f"warning: {line}")
         _begin_folder(args, setup, stack)

@@ -122,3 +122,83 @@ def test_the_video_of_a_replay_is_no_input(tmp_path, film):
 def test_inspect_looks_at_a_few_frames(film):
     (item,) = take_stock([film])
     assert item.error is None and item.content.count == COUNT and len(item.content.images) == 5
+
+
+def drawn(path, count=COUNT):
+    """A film of which each frame is coded by itself: one that is damaged spoils no other."""
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, (64, 48))
+    for level in range(count):
+        writer.write(np.full((48, 64, 3), 10 * level, np.uint8))
+    writer.release()
+    return path
+
+
+def damaged(path, *numbers):
+    """So many frames of it are no JPEG any more."""
+    data = bytearray(path.read_bytes())
+    begins = [found.start() for found in re.finditer(b"\xff\xd8\xff", data)]
+    assert len(begins) == COUNT
+    for number in numbers:
+        data[begins[number] : begins[number] + 200] = bytes(200)
+    path.write_bytes(data)
+    return path
+
+
+@pytest.mark.parametrize("lost", [(12,), (6, 7), (0,), (3, 4, 5, 6, 7, 8, 9, 10)], ids=str)
+def test_frames_that_cannot_be_decoded_are_told_and_those_behind_them_come(tmp_path, lost):
+    source = source_of(damaged(drawn(tmp_path / "film.avi"), *lost))
+    frames = list(source)
+    assert [f.name for f in frames] == [f"film_{n:06d}" for n in range(COUNT)]
+    assert [f.stamp_ns for f in frames] == [n * 100_000_000 for n in range(COUNT)]
+    assert [n for n, f in enumerate(frames) if f.error == "this frame of the video cannot be decoded"] == list(lost)
+    assert told(f for f in frames if f.image is not None)[-1][2] == COUNT - 1 and not source.problems
+    for size in (1, 7):  # parts may begin with a lost frame, or between two
+        parts = list(source.parts(size))
+        for order in (parts, parts[::-1]):
+            read = [[(f.name, f.stamp_ns, f.error) for f in source.read(p)] for p in order]
+            assert read == [[(f.name, f.stamp_ns, f.error) for f in frames[p.first :][: p.count]] for p in order]
+
+
+def test_a_packet_is_no_frame_where_its_time_is_not_missing(film, monkeypatch):
+    opened = cv2.VideoCapture
+
+    class Stumbling:
+        """Says of the 6th frame that nothing comes, as of a packet whose frame comes later."""
+
+        def __init__(self, path):
+            self.video, self.asked = opened(path), 0
+
+        def grab(self):
+            self.asked += 1
+            return self.asked != 6 and self.video.grab()
+
+        def __getattr__(self, name):
+            return getattr(self.video, name)
+
+    monkeypatch.setattr(cv2, "VideoCapture", Stumbling)
+    assert told(source_of(film)) == [(f"film_{n:06d}", n * 100_000_000, n) for n in range(COUNT)]
+
+
+def test_inspect_counts_frames_and_tells_those_that_are_lost(tmp_path):
+    (item,) = take_stock([damaged(drawn(tmp_path / "film.avi"), 3)])
+    assert item.content.count == COUNT
+    assert item.content.problems == ("film_000003: this frame of the video cannot be decoded",)
+    path = drawn(tmp_path / "cut.avi")
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    (item,) = take_stock([path])
+    (problem,) = item.content.problems
+    assert item.content.count < COUNT and problem.startswith(f"it ends after {item.content.count} of the ")
+
+
+@pytest.mark.parametrize(
+    "name, content, way_out",
+    [
+        ("a.mp4", b"", ": it is empty; record it again"),
+        ("a.mp4", b"no" * 99, "was not finished (its index is written last), or holds no picture; convert it (ffmpeg"),
+        ("a.avi", b"no" * 99, ": it is damaged, or holds no picture; convert it (ffmpeg -i IN OUT.mp4), or record"),
+    ],
+)
+def test_of_what_is_no_video_the_way_out_is_told(tmp_path, name, content, way_out):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(SourceError, match=re.escape(way_out)):
+        source_of(tmp_path / name)

@@ -25,6 +25,11 @@ class SourceError(ArtrecError):
     """A bag or folder cannot be read."""
 
 
+class UnreadableError(SourceError):
+    """A source is what it should be, but damaged: nothing that a user could say otherwise would help, and others may be
+    fine."""
+
+
 def one_line(error: BaseException) -> str:
     """An error as users see it: what was raised on purpose says all; of a fault of this package the kind of it and the
     beginning of what it says, without a terminal's colours."""

@@ -23,7 +23,7 @@ from rosbags.rosbag1 import Reader as Ros1Reader
 from rosbags.rosbag2 import Reader as Ros2Reader
 from rosbags.typesys import Stores, get_typestore
 
-from ...core.base.errors import ImageError, SourceError
+from ...core.base.errors import ImageError, SourceError, UnreadableError
 from ..base.yaml_files import like_it, size_of_file
 from .index import index_problem
 from .metadata import BAG_SUFFIXES, STORAGES, Metadata, is_storage, storage_suffix
@@ -165,7 +165,7 @@ class Bag:
         self.ros1 = any(file.ros1 for file in self._files)
         if not self.topics and self.problems:
             self._stack.close()
-            raise SourceError(f"{self.problems[0]}; nothing could be read")
+            raise UnreadableError(f"{self.problems[0]}; nothing could be read")
 
     def __enter__(self) -> Bag:
         return self
@@ -261,7 +261,7 @@ def bag_files(path: Path, storage: str | None) -> list[Path]:
     if path.is_dir():
         listed = [path / name for name in Metadata.of(path).files]
         if missing := [f for f in listed if not f.exists()]:
-            raise SourceError(f"{missing[0]}: metadata.yaml lists it, but it does not exist")
+            raise UnreadableError(f"{missing[0]}: metadata.yaml lists it, but it does not exist")
         files = listed or [p for p in path.iterdir() if is_storage(p) and storage_suffix(p) != ".bag"]
     else:
         files = [path]

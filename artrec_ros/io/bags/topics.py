@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from ...core.base.errors import ImageError, SourceError
+from ...core.base.errors import ImageError, SourceError, UnreadableError
 from ...core.geometry.camera import Camera
 from ..images.cameras import camera_from_info
 from ..images.decoding import Image, decode_compressed, decode_image
@@ -69,7 +69,7 @@ def choose_topic(bag: Bag, topic: str | None, image_kind: str | None, report: Re
             raise SourceError(f"{bag.path}: '{topic}' is {msgtype}, no image. {listed(bag, images)}")
         return topic
     if not images:
-        raise SourceError(f"{'; '.join(bag.problems) or bag.path}: no image topic. {listed(bag, images)}")
+        raise UnreadableError(f"{'; '.join(bag.problems) or bag.path}: no image topic. {listed(bag, images)}")
     if len(images) == 1:
         return images[0].name
     fitting = [t.name for t in images if _fits(bag, t, image_kind)]

@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import SourceError
 
-VIDEO_SUFFIXES = (".mp4", ".avi", ".mov", ".mkv", ".webm")
+VIDEO_SUFFIXES = (
+    ".mp4", ".avi", ".mov", ".mkv", ".webm", ".m4v", ".mpg", ".mpeg", ".wmv", ".ogv", ".flv", ".3gp", ".ts", ".mts",
+    ".m2ts", ".gif",
+)  # fmt: skip
 _SLOWEST_HZ, _FASTEST_HZ = 1.0, 60.0
 
 

@@ -30,7 +30,8 @@ from ..parameters.sections import read_flat
 from ..results.journal import JOURNAL_FILE
 from ..results.results import DETECTIONS_FILE, VIDEO_FILE, read_results
 from ..sources.frames import SourceOptions
-from ..sources.video_source import VideoSource
+from ..sources.kinds import check_not_live
+from ..sources.video_source import UNDECODABLE, VideoSource
 from ..truth.records import load_truth
 from .contents import (
     MISSING,
@@ -98,6 +99,7 @@ _OTHERS = ("metadata.yaml", JOURNAL_FILE, VIDEO_FILE)  # what replays write is n
 
 def _reader(path: Path, more: Sequence[Path], images_folder: Path | None) -> tuple[str, Callable[[Path], Content]]:
     """The kind of a path, and what reads it."""
+    check_not_live(path)
     if not path.exists():
         raise SourceError(f"{path}: there is no such file or folder{like_it(path)}")
     if _is_bag(path):
@@ -122,7 +124,8 @@ def _reader(path: Path, more: Sequence[Path], images_folder: Path | None) -> tup
         return _yaml_reader(path, more)
     if suffix in VIDEO_SUFFIXES:
         return "images", _read_video
-    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec inspect reads")
+    kinds = ", ".join((*_KNOWN, *IMAGE_SUFFIXES))
+    raise SourceError(f"{path}: '{suffix or path.name}' is no kind of file that artrec inspect reads: {kinds}")
 
 
 def _yaml_reader(path: Path, more: Sequence[Path]) -> tuple[str, Callable[[Path], Content]]:
@@ -173,10 +176,12 @@ def _read_images(path: Path) -> Sample:
 def _read_video(path: Path) -> Sample:
     video = VideoSource(path, SourceOptions())
     try:
-        images = video.sample(_SAMPLES)
-        if not images:
+        seen = video.survey(_SAMPLES)
+        if not seen.images:
             raise SourceError(f"{path}: no frame of it can be decoded")
-        return Sample(str(path), video.count, tuple(images))
+        lost = f"{', '.join(seen.lost[:_LISTED])}{', ...' if len(seen.lost) > _LISTED else ''}: {UNDECODABLE}"
+        problems = [*([lost] if seen.lost else []), *(line.removeprefix(f"{path}: ") for line in video.problems)]
+        return Sample(str(path), seen.count, seen.images, tuple(problems))
     finally:
         video.close()
 

@@ -114,6 +114,28 @@ class Source(ABC):
         return []
 
 
+class UnreadSource(Source):
+    """One that cannot be read, in the place that it has among others."""
+
+    count, calibrated = 0, False
+
+    def __init__(self, why: str) -> None:
+        self._why = why
+
+    def __iter__(self) -> Iterator[Frame]:
+        return iter(())
+
+    def parts(self, size: int) -> Iterator[Part]:
+        return iter(())
+
+    def read(self, part: Part) -> Iterator[Frame]:
+        return iter(())
+
+    @property
+    def problems(self) -> list[str]:
+        return [self._why]
+
+
 def fitting(camera: Camera | None, image: Image, report: Report, whence: str, frame_id: str = "") -> Camera | None:
     """The camera if it is one for images of this size, with the image's frame; else none, which is told.
 

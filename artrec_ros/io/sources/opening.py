@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 
-from ...core.base.errors import ImageError, SourceError
+from ...core.base.errors import ImageError, SourceError, UnreadableError
 from ..bags.metadata import BAG_SUFFIXES, is_storage
 from ..bags.reader import Bag
 from ..bags.topics import Report
@@ -16,11 +16,14 @@ from ..images.decoding import IMAGE_SUFFIXES, read_image
 from ..images.folders import LOSSY, images_of, is_lossy, passed_over
 from ..images.video import VIDEO_SUFFIXES
 from .bag_source import BagSource
-from .frames import Frame, Part, Source, SourceOptions, fitting, once
+from .frames import Frame, Part, Source, SourceOptions, UnreadSource, fitting, once
+from .kinds import check_kind
 from .video_source import VideoSource
 
 _STAMP_DIGITS = 16  # a stem of at least so many digits is a time in nanoseconds,
 _LAST_NS = (2**31 - 1) * 10**9  # up to the last one that builtin_interfaces/Time holds
+
+_STILL = ".gif"  # a folder's may be single images
 
 
 def stamps_by_name(files: Sequence[Path]) -> list[int]:
@@ -90,7 +93,7 @@ def _instead(folder: Path) -> str:
     holders = sorted({str(p.parent) for p in folder.glob("*/*") if p.suffix.lower() in kinds})
     if holders:
         return f"; look in {' or '.join(holders[:3])}"
-    videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES)
+    videos = sorted(p for p in folder.iterdir() if p.suffix.lower() in VIDEO_SUFFIXES and p.suffix.lower() != _STILL)
     if videos:
         return f"; give a video in it by its name: {videos[0]}"
     others = passed_over(folder)
@@ -100,16 +103,21 @@ def _instead(folder: Path) -> str:
 class Sources:
     """Several sources, one after the other. A context manager; iterate it once.
 
-    :ivar count: frames to expect at most.
+    :ivar parts: the sources. :ivar count: frames to expect at most.
     """
 
-    def __init__(self, paths: Sequence[Path], options: SourceOptions, report: Report) -> None:
+    def __init__(self, paths: Sequence[Path], options: SourceOptions, report: Report, keep_going: bool) -> None:
         self._stack = ExitStack()
+        unread = list[UnreadableError]()
         try:
-            self.parts = [self._open(path, options, report) for path in paths]
+            self.parts = [self._open_or_pass(path, options, report, unread) for path in paths]
+            if unread and not (keep_going and len(unread) < len(self.parts)):
+                raise unread[0]
         except BaseException:
             self._stack.close()
             raise
+        for error in unread:
+            report(f"{error}; the other sources are read")
         self.count = sum(part.count for part in self.parts)
 
     def __enter__(self) -> Sources:
@@ -126,7 +134,31 @@ class Sources:
     def problems(self) -> list[str]:
         return [line for part in self.parts for line in part.problems]
 
+    @property
+    def calibrated(self) -> set[bool]:
+        """Whether there are calibrations, of all that can be read."""
+        return {part.calibrated for part in self._readable}
+
+    def starts_calibrated(self) -> bool:
+        """Whether a calibration holds for the first frame of each."""
+        return all(part.starts_calibrated() for part in self._readable)
+
+    @property
+    def _readable(self) -> list[Source]:
+        return [part for part in self.parts if not isinstance(part, UnreadSource)]
+
+    def _open_or_pass(
+        self, path: Path, options: SourceOptions, report: Report, unread: list[UnreadableError]
+    ) -> Source:
+        """:param unread: gets the errors of those that are damaged."""
+        try:
+            return self._open(path, options, report)
+        except UnreadableError as error:
+            unread.append(error)
+            return UnreadSource(str(error))
+
     def _open(self, path: Path, options: SourceOptions, report: Report) -> Source:
+        check_kind(path)
         if path.is_dir() and not holds_bag(path):
             return FolderSource(path, options, report)
         if path.suffix.lower() in VIDEO_SUFFIXES and not path.is_dir():
@@ -136,13 +168,20 @@ class Sources:
         return BagSource(self._stack.enter_context(Bag(path, options.storage)), options, report)
 
 
-def open_sources(paths: Sequence[Path], options: SourceOptions | None = None, report: Report | None = None) -> Sources:
+def open_sources(
+    paths: Sequence[Path],
+    options: SourceOptions | None = None,
+    report: Report | None = None,
+    *,
+    keep_going: bool = False,
+) -> Sources:
     """Opens bags, folders of images and videos.
 
     :param report: called with one line for whatever the user should know but that stops nothing.
+    :param keep_going: a damaged source is one of the problems, and has no frames, where there are others that are not.
     :raises SourceError: a path that is none, an image topic that is missing or cannot be told.
     """
-    return Sources(paths, options or SourceOptions(), report or (lambda _: None))
+    return Sources(paths, options or SourceOptions(), report or (lambda _: None), keep_going)
 
 
 def holds_bag(folder: Path) -> bool:

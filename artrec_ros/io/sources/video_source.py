@@ -3,47 +3,100 @@
 from __future__ import annotations
 
 import dataclasses
+from collections import deque
 from collections.abc import Iterator
+from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
 
 import cv2
 
-from ...core.base.errors import SourceError
+from ...core.base.errors import SourceError, UnreadableError
 from ..bags.topics import Report
+from ..base.bars import bar
+from ..base.yaml_files import size_of_file
 from ..images.decoding import Image
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 
 _ENOUGH = 0.95  # of the frames that a file announces, which may be an estimate
 _AT_ONCE = 3  # readings that go on: of what is recognised, of what is drawn, and of what is copied
+_MOST_LOST = 100  # frames in a row; behind the end trying so often takes no time
+_INDEXED_LAST = (".mp4", ".mov", ".m4v", ".3gp")
+UNDECODABLE = "this frame of the video cannot be decoded"
 
 
 class _Decoder:
-    """A video file from its first frame on. :ivar number: how many frames are behind it."""
+    """A video file from its first frame on.
+
+    OpenCV says of a damaged frame what it says at the end: nothing comes. Nor does the announced count, which may be an
+    estimate, tell the two apart: so the next frames are tried, and one that comes shows that those before it were lost.
+
+    :ivar number: how many frames are behind it, lost ones included. :ivar is_whole: the one given last is not lost.
+    """
 
     def __init__(self, path: Path) -> None:
-        if not path.is_file():
-            raise SourceError(f"{path}: there is no such file")
+        size = size_of_file(path, SourceError)
         self._video = cv2.VideoCapture(str(path.absolute()))  # 'http:x/v.mp4' would be a protocol
         if not self._video.isOpened():
-            raise SourceError(f"{path}: cannot be read as a video by this OpenCV")
+            raise UnreadableError(f"{path}: cannot be read as a video by this OpenCV{_way_out(path, size)}")
         self.number = 0
         self.announced = int(self._video.get(cv2.CAP_PROP_FRAME_COUNT))
         self.rate_hz = float(self._video.get(cv2.CAP_PROP_FPS))
+        self._held: deque[tuple[float, bool]] = deque()  # times of lost frames, and of the one behind them
+        self.is_whole = False
+        self._told_ms = -1000 / self.rate_hz if self.rate_hz > 0 else 0.0  # of the frame before
 
     def decoded(self, first: int = 0) -> Iterator[tuple[int, float]]:
         """Number and time (milliseconds; 0: the file does not tell) of each frame from one on, once it is decoded."""
-        while self._video.grab():
+        while self._held or self._hold():
+            told_ms, self.is_whole = self._held.popleft()
             self.number += 1
             if self.number > first:
-                yield self.number - 1, self._video.get(cv2.CAP_PROP_POS_MSEC)
+                yield self.number - 1, told_ms
 
     def image(self) -> Image | None:
-        """Of the frame that was decoded last."""
-        return self._video.retrieve()[1]
+        """Of the frame that was decoded last; None: it is lost."""
+        return self._video.retrieve()[1] if self.is_whole else None
+
+    def _hold(self) -> bool:
+        """Decode the next frame that can be; False: there is none."""
+        failed = next((n for n in range(_MOST_LOST + 1) if self._video.grab()), None)
+        if failed is None:
+            return False
+        told_ms = self._video.get(cv2.CAP_PROP_POS_MSEC)
+        self._held.extend((lost_ms, False) for lost_ms in self._lost_ms(failed, told_ms))
+        self._held.append((told_ms, True))
+        self._told_ms = told_ms
+        return True
+
+    def _lost_ms(self, failed: int, told_ms: float) -> list[float]:
+        """Times of lost frames, no more than time allows: where frames are coded in another order than shown, a packet
+        that is damaged is not that of the next one, which comes all the same."""
+        if told_ms <= 0 or self.rate_hz <= 0:
+            return [0.0] * failed
+        gap_ms = told_ms - self._told_ms
+        lost = min(failed, max(0, round(gap_ms * 1e-3 * self.rate_hz) - 1))
+        return [self._told_ms + gap_ms * (n + 1) / (lost + 1) for n in range(lost)]
 
     def close(self) -> None:
         self._video.release()
+
+
+def _way_out(path: Path, size: int) -> str:
+    """What to do about a file that is no video to OpenCV."""
+    if not size:
+        return ": it is empty; record it again"
+    unfinished = ", was not finished (its index is written last)" if path.suffix.lower() in _INDEXED_LAST else ""
+    return f": it is damaged{unfinished}, or holds no picture; convert it (ffmpeg -i IN OUT.mp4), or record it again"
+
+
+@dataclass(frozen=True)
+class Survey:
+    """What a video holds. :param count: frames. :param lost: names of those that cannot be decoded."""
+
+    images: tuple[Image, ...] = field(repr=False)
+    count: int
+    lost: tuple[str, ...]
 
 
 class VideoSource(Source):
@@ -106,11 +159,18 @@ class VideoSource(Source):
         for number, told_ms in islice(decoder.decoded(part.skip), part.count):
             yield self._frame(decoder, number, self._stamp_ns(number, told_ms))
 
-    def sample(self, most: int) -> list[Image]:
-        """A few of its images, evenly over all of it."""
+    def survey(self, most: int) -> Survey:
+        """A look at all of it. :param most: images, evenly over what is announced."""
         decoder, every = _Decoder(self.path), max(1, self.count // most)
-        chosen = (decoder.image() for number, _ in decoder.decoded() if number % every == 0)
-        return [image for image in islice(chosen, most) if image is not None]
+        images, lost = list[Image](), list[str]()
+        for number, _ in bar(decoder.decoded(), "reading", total=self.count, unit="frame", delay=1, leave=False):
+            if not decoder.is_whole:
+                lost.append(self._name(number))
+            elif number % every == 0 and len(images) < most and (image := decoder.image()) is not None:
+                images.append(image)
+        decoder.close()
+        self._seen = decoder.number
+        return Survey(tuple(images), decoder.number, tuple(lost))
 
     def _within(self, decoder: _Decoder) -> Iterator[tuple[int, int]]:
         """Numbers and stamps (ns) of what is asked for of it."""
@@ -130,7 +190,10 @@ class VideoSource(Source):
         return round(told_ms * 1e6) if told_ms > 0 else round(number * 1e9 / self._rate_hz)
 
     def _frame(self, decoder: _Decoder, number: int, stamp_ns: int) -> Frame:
-        name, image = f"{self.path.stem}_{number:06d}", decoder.image()
+        name, image = self._name(number), decoder.image()
         if image is None:
-            return Frame(stamp_ns, name, error="this frame of the video cannot be decoded")
+            return Frame(stamp_ns, name, error=UNDECODABLE)
         return Frame(stamp_ns, name, image, fitting(self._options.camera, image, self._report, "--camera-info"))
+
+    def _name(self, number: int) -> str:
+        return f"{self.path.stem}_{number:06d}"

@@ -12,6 +12,7 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...core.model.identities import identities_of
 from ...io.base.yaml_files import nearest
+from ...io.images.decoding import IMAGE_SUFFIXES
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, TrueObject, Truth
 from .runs import Run
@@ -141,19 +142,32 @@ def _neighbours(values: np.ndarray, among: np.ndarray) -> np.ndarray:
     return np.where(np.abs(among[left] - values) <= np.abs(among[right] - values), left, right)
 
 
+def _is_of_video(record: FrameRecord) -> bool:
+    """Of a folder frames bear the suffix of an image, of a bag the name of a topic."""
+    return not record.frame.startswith("/") and Path(record.frame).suffix.lower() not in IMAGE_SUFFIXES
+
+
 def _nothing_in_common(truth: Truth, run: Run, own: Sequence[FrameKey]) -> str:
     if not own:
         return f"{run.folder}: the results hold no frame, the truth {len(truth.frames)}"
-    first = next(iter(truth.frames))
+    first, video = next(iter(truth.frames)), _is_of_video(run.records[0])
     if truth.by_name:
+        way_out = "annotated images go by file name: replay their folder"
+        if video:
+            way_out = "pictures of a video go by its name and the frame's number, from 0: name them so, with a suffix"
         return (
             f"no image of the truth ({len(truth.frames)}, such as '{first}') is one of the results' frames "
-            f"({len(own)}, such as '{own[0]}'); annotated images go by file name: replay their folder"
+            f"({len(own)}, such as '{own[0]}'); {way_out}"
         )
     known, results = np.sort(np.array(list(truth.frames), np.int64)), np.sort(np.array(own, np.int64))
     gap_s = np.abs(results[_neighbours(known, results)] - known).min() / 1e9
     way_out = "--max-gap allows for some"
-    if results[0] == 0:
+    if video:
+        way_out += (
+            "; stamps of a video are its own times, from 0: replay the bag, or evaluate by annotated pictures named "
+            f"like its frames ({Path(run.records[0].frame).name}.png)"
+        )
+    elif results[0] == 0:
         way_out = "images of a folder are numbered from 0: replay the bag, or evaluate by annotations of the folder"
     return (
         f"no stamp of the truth ({len(known)} frames from {known[0]}) is one of the results' ({len(results)} frames "

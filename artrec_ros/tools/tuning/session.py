@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from ...core.base.errors import SourceError
 from ...io.parameters.parameter_file import Setup
 from ...io.results.journal import Journal, Recognised
 from ...io.sources.frames import Source
@@ -46,7 +47,7 @@ class Session:
         note: Callable[[str], None],
     ) -> None:
         self._folder, self._engine, self._order, self._note = folder, engine, order, note
-        self._pieces = pieces_of(sources)
+        self._pieces, self._names = pieces_of(sources), [name for name, _ in sources]
         self._stopped = False
         self.setup = order.setup
 
@@ -62,6 +63,8 @@ class Session:
         :raises ArtrecError: truth and frames have nothing in common, or cannot be split.
         """
         numbers = {p.first + i for p in self._pieces for i in range(p.part.count)}
+        if not numbers:
+            raise SourceError(f"{', '.join(self._names)}: there is no frame to tune on")
         with Journal(self._folder / BEFORE_FILE) as journal:
             before = dict(journal.frames())
             if journal.lost:

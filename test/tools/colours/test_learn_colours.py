@@ -67,7 +67,10 @@ def test_what_a_bag_lacks_is_told_once(folder: Path, capsys) -> None:
         (["images", "--annotations", "images/regions.json"], "give either SOURCE"),
         (["images", "--label-images", "labels", "--every", "0"], "--every: 0"),
         (["images", "--label-images", "images"], "a colour image and a label image of one size"),
-        (["images", "--label-images", "nowhere"], "class 'red': 0 pixels"),
+        (
+            ["images", "--label-images", "nowhere"],
+            "nowhere holds no label image that is named like one of 3 frames",
+        ),
         (["images"], "images: is no bag; name the folder of its label images with --label-images"),
     ],
 )
@@ -77,6 +80,29 @@ def test_what_cannot_be_done_is_told_in_one_line(folder, arguments, words, capsy
     error = capsys.readouterr().err
     assert words in error and error.count("\n") == 1
     assert not (folder / "colours.yaml").exists()
+
+
+def film_of(path: Path, count: int) -> Path:
+    image = picture()[0]
+    writer = cv2.VideoWriter(str(path), cv2.VideoWriter.fourcc(*"MJPG"), 10.0, image.shape[1::-1])
+    for _ in range(count):
+        writer.write(image)
+    writer.release()
+    return path
+
+
+def test_colours_are_learned_from_a_video_and_label_images_of_some_of_its_frames(folder: Path, capsys) -> None:
+    film = film_of(folder / "my.film.avi", 3)
+    assert learn(folder, str(film)) == 1
+    told = capsys.readouterr().err
+    assert "a video has no label images; name a folder" in told and "--label-images DIR (my.film_000000.png" in told
+    assert "--annotations" in told and told.count("\n") == 1
+    (folder / "my").mkdir()
+    assert learn(folder, str(film), "--label-images", str(folder / "my")) == 1
+    assert "named like one of 3 frames, such as my.film_000000.png\n" in capsys.readouterr().err
+    (folder / "labels" / "0.png").rename(folder / "my" / "my.film_000001.png")
+    assert learn(folder, str(film), "--label-images", str(folder / "my")) == 0
+    assert load_parameters(folder / "colours.yaml", folder / "node.yaml").image.classes.keys() == {"red", "blue"}
 
 
 def test_a_class_that_nobody_marked_names_those_that_are_marked(folder: Path, capsys) -> None:

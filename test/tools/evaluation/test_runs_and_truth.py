@@ -61,6 +61,14 @@ class TestFrames:
         with pytest.raises(SourceError, match="the results hold no frame, the truth 1"):
             match_frames(truth_of(0), run_of())
 
+    def test_of_a_video_it_is_told_how_its_frames_are_named_and_stamped(self):
+        run = run_of(0, 10**8, names=["a.film_000000", "a.film_000001"])
+        with pytest.raises(SourceError, match=r"such as 'a.film_000000'\); pictures of a video go by its name and the"):
+            match_frames(truth_of("000000.png"), run)
+        stamps = r"100 s apart; .* of a video are its own times, from 0: .* named like its frames \(a.film_000000.png\)"
+        with pytest.raises(SourceError, match=stamps):
+            match_frames(truth_of(1001 * 10**8), run)
+
 
 class TestNames:
     two = {"red": LookedFor(3, "base"), "blue": LookedFor(2, "base")}

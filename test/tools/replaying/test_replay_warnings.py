@@ -14,6 +14,8 @@ from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.model.found import Rejection
 from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.results.results import FrameRecord, read_results
+from artrec_ros.io.sources.frames import SourceOptions
+from artrec_ros.io.sources.opening import open_sources
 from artrec_ros.tools.main import main
 from artrec_ros.tools.replaying.summary import Summary
 
@@ -137,3 +139,38 @@ def test_only_what_needs_calibration_is_missed_for_want_of_it(tmp_path, recognis
     params = params_of(tmp_path / "params.yaml", objects=["it"], it=shown, image=image)
     assert run(params, folder_of(tmp_path / "images", [1]), tmp_path / "out") == 0
     assert ("images have no calibration" in capsys.readouterr().err) == told
+
+
+def damaged_bag(path: Path) -> Path:
+    path.write_bytes(b"no bag" * 99)
+    return path
+
+
+def test_a_damaged_source_is_a_problem_and_the_others_are_replayed(tmp_path, params, recogniser, capsys):
+    bad, out = damaged_bag(tmp_path / "bad.mcap"), tmp_path / "out"
+    images = [str(folder_of(tmp_path / name, [1, 0])) for name in ("a", "b")]
+    assert run(params, images[0], out, "--no-video", "--images", "none") == 0
+    alone = list(read_results(out / "detections.jsonl"))
+    command = ["replay", images[0], str(bad), images[1], "--params-file", str(params), "-o", str(tmp_path / "several")]
+    for _ in range(2):  # done, and done before
+        assert main([*command, "--no-video", "--images", "none", "--no-timing"]) == 0
+        said = capsys.readouterr().err
+        assert f"{bad}: it starts like no bag (mcap, sqlite3, ROS 1); nothing could be read\n" in said
+    summary, records = summary_of(tmp_path / "several"), list(read_results(tmp_path / "several" / "detections.jsonl"))
+    assert [s["frames"] for s in summary["per_source"]] == [2, 0, 2] and str(bad) in summary["problems"][0]
+    assert [r.source for r in records] == [0, 0, 2, 2]
+    assert [r.detections for r in records[:2]] == [r.detections for r in alone]
+
+
+def test_where_all_sources_are_damaged_or_one_is_none_nothing_is_replayed(tmp_path, params, recogniser, capsys):
+    bad = [str(damaged_bag(tmp_path / name)) for name in ("a.mcap", "b.mcap")]
+    images = str(folder_of(tmp_path / "images", [1]))
+    for sources, told in ((bad, "a.mcap: it starts like no bag"), ([images, str(tmp_path / "imags2")], "no such file")):
+        assert main(["replay", *sources, "--params-file", str(params), "-o", str(tmp_path / "out")]) == 1
+        assert told in capsys.readouterr().err and not (tmp_path / "out").exists()
+
+
+def test_damaged_sources_say_nothing_of_calibrations(tmp_path):
+    with open_sources([bag(tmp_path / "bag", [1]), damaged_bag(tmp_path / "bad.mcap")],
+                      SourceOptions(topic="/cam/labels"), keep_going=True) as sources:  # fmt: skip
+        assert sources.calibrated == {True} and sources.starts_calibrated() and len(list(sources)) == 1

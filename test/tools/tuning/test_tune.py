@@ -75,6 +75,11 @@ def test_what_a_bag_lacks_is_told(world, tmp_path, capsys):
     assert f"{file}: it ends in the middle" in capsys.readouterr().err
 
 
+def test_where_no_frame_is_read_that_is_told(world, tmp_path, capsys):
+    assert main(command(world, tmp_path / "out", "--start-offset", "999")) == 1
+    assert f"{world / 'sim/bag'}: there is no frame to tune on\n" in capsys.readouterr().err
+
+
 def trials_of(out: Path) -> list[tuple]:
     """What was tried and what came of it, but for its timing."""
     trials = json.loads((out / "report.json").read_text())["trials"]

@@ -18,6 +18,7 @@ from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.poses import Poses
+from artrec_ros.core.pose.through_middles import ThroughMiddles
 from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.left_over import LeftOvers
 
@@ -79,8 +80,8 @@ def test_those_in_doubt_are_looked_at_first(monkeypatch):
     assert [LeftOvers(finder).is_in_doubt(np.flatnonzero(v.confirmed)) for v in accepted] == [False, True]
     looked_at = []
     monkeypatch.setattr(
-        LeftOverLooks, "_climbed", lambda self, f, verdict, *rest: looked_at.append(verdict) or f.surface.no_poses
+        ThroughMiddles, "of", lambda self, camera, pose, middles: looked_at.append(pose) or finder.surface.no_poses
     )
     looks = LeftOverLooks([finder])
     looks.candidates(frame, accepted, find_blobs(labels, {HIP}, config))
-    assert looked_at == [accepted[1]]
+    assert looked_at == [accepted[1].claim.poses]

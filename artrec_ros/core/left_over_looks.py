@@ -84,13 +84,13 @@ class LeftOverLooks:
         known: Collection[bytes],
     ) -> Iterator[_Look]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
-        is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
-        have a limb that is not, and no other depth makes another object of what is left."""
+        is sure, of what may lie on its likes, and where balls lie that are told otherwise. Of what faces the camera all
+        is: a pose that is sure may have a limb that is not, and no other depth makes another object of what is left."""
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
         own = [v for v in accepted if v.claim.finder.target is finder.target and _key(v) not in known]
-        for verdict in (v for v in own if finder.may_lie_on_likes(_seen(v))):
-            yield _Look(finder, verdict, partial(finder.laid_on_likes, frame, verdict.claim.poses))
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
+        for verdict in (v for v in asked if finder.may_lie_on_likes(_seen(v))):
+            yield _Look(finder, verdict, partial(finder.laid_on_likes, frame, verdict.claim.poses))
         for_all = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
         mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
         for verdict, left in self._left(finder, mine, frame, accepted, blobs):

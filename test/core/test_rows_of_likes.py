@@ -54,13 +54,26 @@ def recognizer() -> Recognizer:
     return Recognizer([Target("team", team(), LABEL)], config, Segmenter(ImageConfig()))
 
 
+def chain() -> ObjectModel:
+    """Three links that look the same from either end."""
+    w, h, gap = 0.05, 0.018, 0.012
+    outline = np.array([(-w, -h), (w, -h), (w, h), (-w, h)]) / 2
+    place = Pose(np.eye(3), np.array([(w + gap) / 2, 0.0, 0.0]))
+    link = Marker("link", outline, np.array([-w / 2, 0.0]), np.array([w / 2, 0.0]), None, place)
+    on = Pose(np.eye(3), np.array([w + gap, 0.0, 0.0]))
+    joints = [Joint(f"link{n}", on, np.array([0, 0, 1.0]), -0.6, 0.6, "revolute", f"j{n}") for n in range(2)]
+    parts = [Component(f"link{n}", (link,), required=n == 0, joint=joint) for n, joint in enumerate([None, *joints])]
+    return ObjectModel("chain", tuple(parts))
+
+
 def picture(
-    R: np.ndarray, slides: dict[str, float], hidden: tuple[str, ...]
+    R: np.ndarray, joints: dict[str, float], hidden: tuple[str, ...] = (), model: ObjectModel | None = None
 ) -> tuple[np.ndarray, dict[str, np.ndarray]]:
-    """A label image of a team .85 m in front of the camera, and its men's middles, pixels."""
+    """A label image of a team, or another object, .85 m in front of the camera, and its markers' middles, pixels."""
+    model = model or team()
     image, at = np.zeros(SIZE[::-1], np.uint8), {}
-    for name, pose in component_poses(team(), slides).items():
-        marker = team().component(name).markers[0]
+    for name, pose in component_poses(model, joints).items():
+        marker = model.component(name).markers[0]
         seen = (Pose(R, np.array([0.0, 0.0, 0.85])) @ pose @ marker.T_component_marker).apply(
             np.column_stack([marker.outline, np.zeros(4)])
         )
@@ -90,3 +103,18 @@ def test_nothing_tells_two_places_apart_where_the_last_of_a_row_is_hidden(camera
     assert found.other_place is not None and 0.3 < found.other_place.probability < 0.7
     places = np.array([(found.image.x, found.image.y), (found.other_place.image.x, found.other_place.image.y)])
     assert {n for n in at for place in places if np.linalg.norm(at[n] - place) < 5} == {"row2", "row1"}
+
+
+@pytest.mark.parametrize("camera", [None, CAMERA], ids=["flat", "in space"])
+def test_a_chain_may_be_told_from_its_other_end(camera: Camera | None):
+    image, at = picture(LIES, {"j0": 0.3, "j1": -0.2}, model=chain())
+    config = settings(time_budget_ms=60_000.0, memory=False)
+    (found,) = (
+        Recognizer([Target("chain", chain(), LABEL)], config, Segmenter(ImageConfig()))
+        .recognize(image, camera)
+        .detections
+    )
+    assert len(found.components) == 3
+    assert found.other_place is not None and 0.1 < found.other_place.probability < 0.7
+    places = np.array([(found.image.x, found.image.y), (found.other_place.image.x, found.other_place.image.y)])
+    assert {n for n in at for place in places if np.linalg.norm(at[n] - place) < 5} == {"link0", "link2"}

@@ -68,8 +68,7 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
     if finder.laid_alike is None or frame.deadline.expired:
         return None
     others = finder.laid_alike.of(pose, used)
-    seen = {*finder.surface.component[finder.surface.markers[used]].tolist()}
-    if finder.may_lie_on_likes(seen):
+    if finder.has_likes:
         again = finder.looked_again(frame, finder.laid_on_likes(frame, pose))
         others = again.best(finder.config.search.flip_keep, finder.config.search).poses
     both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])

@@ -149,7 +149,7 @@ def _asked(
         return
     if others := finder.seen_alike.of(seen):
         yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
-    if finder.may_lie_on_likes(seen) and not frame.deadline.expired:
+    if finder.has_likes and not frame.deadline.expired:
         again = finder.looked_again(look, finder.laid_on_likes(look, pose))
         on_likes = again.best(finder.config.facing.rivals, finder.config.search).poses
         yield _Asked(on_likes, np.zeros(len(on_likes), bool), look, True)

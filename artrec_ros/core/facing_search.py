@@ -44,8 +44,7 @@ class FacingSearch:
         self._guesser = FacingGuesser(model, surface, config, surface.root, self._directions.laid)
         self._limbs = FacingLimbs(model, surface, config)
         self._pairs = FacingPairs(finder, self._guesser, config, self._directions.kept)
-        first, last = config.facing.rounds
-        self._climbs = Climb(0, first, config.facing.first_step), Climb(0, last, config.facing.first_step / 2)
+        self._climbs = Climb(0, config.facing.rounds[0], config.facing.first_step), finder.last_climb
         self._sizes = FacingSizes(finder, config)
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)

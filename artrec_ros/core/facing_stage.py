@@ -100,15 +100,17 @@ class FacingStage:
         """
         found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
         shared, in_time = self._shared_out(found, faced, looks)
+        known = shared.accepted if in_time else []
         if in_time:
             found, shared = self._looked_at(found, shared, (), faced, blobs, looks)
+            known = [*known, *shared.accepted]
         more = self._of_the_rest(faced, blobs, limits, shared.accepted)
         if not any(len(poses) for _, poses in more):
             return found, shared
         together, in_time = self._shared_out(found + more, faced, looks)
         if not in_time:  # some of these are not judged again
             return found, shared
-        return self._looked_at(found + more, together, shared.accepted, faced, blobs, looks)
+        return self._looked_at(found + more, together, known, faced, blobs, looks)
 
     def _looked_at(
         self,

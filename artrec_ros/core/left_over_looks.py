@@ -62,10 +62,12 @@ class LeftOverLooks:
             looked at again. :param known: candidates that were looked at.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
-        each = [self._looks(finder, frame, accepted, blobs, recall, {_key(v) for v in known}) for finder in self._of]
+        done = {_key(v) for v in known}
+        each = [self._looks(finder, frame, accepted, blobs, recall, done) for finder in self._of]
         in_turn = [look for looks in zip_longest(*each) for look in looks if look is not None]
         in_turn.sort(key=self._is_of_a_sure_one)  # there is time for so many
-        for look in in_turn[: self._most]:
+        on_likes = [look for finder in self._of for look in self._on_likes(finder, frame, accepted, recall, done)]
+        for look in [*in_turn[: self._most], *on_likes[: self._most]]:
             if frame.deadline.expired:
                 break
             finder, again = look.finder, look.finder.looked_again(frame, look.begun())
@@ -84,13 +86,11 @@ class LeftOverLooks:
         known: Collection[bytes],
     ) -> Iterator[_Look]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
-        is sure, of what may lie on its likes, and where balls lie that are told otherwise. Of what faces the camera all
-        is: a pose that is sure may have a limb that is not, and no other depth makes another object of what is left."""
+        is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
+        have a limb that is not, and no other depth makes another object of what is left."""
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
         own = [v for v in accepted if v.claim.finder.target is finder.target and _key(v) not in known]
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
-        for verdict in (v for v in asked if finder.may_lie_on_likes(_seen(v))):
-            yield _Look(finder, verdict, partial(finder.laid_on_likes, frame, verdict.claim.poses))
         for_all = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
         mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
         for verdict, left in self._left(finder, mine, frame, accepted, blobs):
@@ -105,6 +105,21 @@ class LeftOverLooks:
             otherwise = self._balls[finder].under(frame.camera, verdict.claim.poses, shown, blobs)
             if otherwise is not None:
                 yield _Look.through(otherwise, verdict, frame.camera)
+
+    def _on_likes(
+        self,
+        finder: WholeObjectFinder,
+        frame: ImageFrame,
+        accepted: Sequence[Verdict],
+        recall: Recall,
+        known: Collection[bytes],
+    ) -> Iterator[_Look]:
+        """Whether what lacks something lies where it has a like part."""
+        for v in accepted if finder.on_likes.any else ():
+            if v.claim.finder.target is not finder.target or all(v.confirmed) or _key(v) in known:
+                continue
+            if not recall.rests(finder, v.claim.poses):
+                yield _Look(finder, v, partial(finder.on_likes.begun, frame, v.claim.poses))
 
     def _is_of_a_sure_one(self, look: _Look) -> bool:
         """Whether the pose of an object that faces the camera is sure: those in doubt come first."""

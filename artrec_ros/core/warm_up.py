@@ -117,7 +117,8 @@ def _compile(parts: Collection[str], told: Callable[[], None]) -> None:
     finally:
         for process in at_work:
             process.kill()
-            if why := process.communicate()[0]:
+            why = process.communicate()[0]
+            if process.returncode == _IN_VAIN:  # others may have had something to say as well
                 kernel_cache.note_failed_write(os.fsdecode(why))
     told()
 
@@ -137,6 +138,7 @@ def main(names: Sequence[str]) -> None:
     gc.disable()  # the compiler makes and keeps so much that a look for garbage takes a tenth of the time
     for name in names:
         PIECES[name].run()
+    _tell_in_vain()  # the last one may be what could not be kept
 
 
 def _end_with_parent() -> None:
@@ -148,10 +150,15 @@ def _end_with_parent() -> None:
 def _end_in_vain() -> None:
     """What cannot be kept is of use to nobody: the process that started this one compiles it for itself, and is told
     why at once."""
-    while not (why := kernel_cache.failed_write()):
+    while True:
+        _tell_in_vain()
         time.sleep(_LOOK_S)
-    os.write(sys.stdout.fileno(), os.fsencode(why))
-    os._exit(_IN_VAIN)
+
+
+def _tell_in_vain() -> None:
+    if why := kernel_cache.failed_write():
+        os.write(sys.stdout.fileno(), os.fsencode(why))
+        os._exit(_IN_VAIN)
 
 
 if __name__ == "__main__":

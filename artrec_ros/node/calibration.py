@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 
@@ -16,6 +17,7 @@ from .delays import Delays
 
 NONE_RECEIVED = "no camera_info received"
 _PATIENCE_S = 0.1  # a driver sends an image and its calibration together; what comes later is not waited for
+_CHANGES_S = 10.0  # a camera whose calibration changed within that may change it again
 _RECENT_S = 2.0  # what was in doubt so long ago is still told: a report covers a second
 _UNLIKE = (
     "camera_info changes, and images were taken with one of another stamp than theirs: each image's own must come with "
@@ -34,7 +36,7 @@ class Calibrations:
         self._infos = Infos[CameraInfo]()
         self._delays = Delays()
         self._ready: tuple[tuple[object, ...], Camera | str] | None = None
-        self._changed_s: float | None = None
+        self._changed_s = -math.inf
         self._unlike_s: float | None = None  # when an image was last taken with one that may not be its own
         self._another = ""  # of the last image
         self.problem = NONE_RECEIVED
@@ -97,13 +99,13 @@ class Calibrations:
         with self._news:
             usual_s, began_s = self._delays.usual_s, time.monotonic()
             self._delays.asked(image_stamp_ns, frame_id, began_s, is_own())
-            # one that has never changed is the newest, too: a fixed camera's images wait for nothing
-            if self._changed_s is not None and usual_s <= _PATIENCE_S:
+            # one that does not change is the newest, too: a fixed camera's images wait for nothing
+            if began_s - self._changed_s < _CHANGES_S and usual_s <= _PATIENCE_S:
                 self._news.wait_for(is_own, _PATIENCE_S)
             info, now_s = chosen(), time.monotonic()
             if info is not None and not is_own():
                 self._delays.taken(image_stamp_ns, info.content)
-                if self._changed_s is not None and now_s - self._changed_s < _RECENT_S:
+                if now_s - self._changed_s < _RECENT_S:
                     self._unlike_s = now_s
             return info
 

@@ -72,13 +72,13 @@ def test_the_limb_of_an_object_that_is_sure_without_it_is_sought_where_a_blob_li
 
 
 def test_those_in_doubt_are_looked_at_first(monkeypatch):
-    config = settings(time_budget_ms=60000.0, min_scale=85.0, max_scale=118.0, looks=2)
+    config = settings(time_budget_ms=60000.0, min_scale=85.0, max_scale=118.0, looks=1)
     finder, sure, doubtful = WholeObjectFinder(crane(), config, facing=True), (110, 160), (360, 160)
     labels = picture((sure, range(6)), (doubtful, [0, 1, 5]))
     frame = ImageFrame(LabelField(labels)).faced()
     accepted = [claimed(finder, frame, at) for at in (sure, doubtful)]
     assert [LeftOvers(finder).is_in_doubt(np.flatnonzero(v.confirmed)) for v in accepted] == [False, True]
-    looked_at = []  # beside the look whether it lies on its likes
+    looked_at = []
     monkeypatch.setattr(
         ThroughMiddles, "of", lambda self, camera, pose, middles: looked_at.append(pose) or finder.surface.no_poses
     )

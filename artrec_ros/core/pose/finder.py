@@ -7,7 +7,6 @@ What is found is refined on all contours together, and judged with the parts tha
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -28,6 +27,7 @@ from .hidden_ends import HiddenEnds
 from .laid_alike import LaidAlike
 from .like_sides import LikeSides
 from .lookalikes import Lookalikes
+from .on_likes import OnLikes
 from .other_joints import OtherJoints
 from .poses import Poses
 from .ranked import Ranked
@@ -81,10 +81,8 @@ class WholeObjectFinder:
         self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self._lookalikes, self.like_sides = Lookalikes(self.surface), LikeSides(self.surface)
-        rounds, step = config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1]
-        if facing:
-            rounds, step = config.facing.rounds[-1], config.facing.first_step / 2
-        self.last_climb = Climb(0, rounds, step)
+        self.last_climb = _last_climb(config, facing=facing)
+        self.on_likes = OnLikes(self, self._lookalikes)
         self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)
         kin = self.surface.kinematics
         self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
@@ -271,27 +269,10 @@ class WholeObjectFinder:
                 break
         return found
 
-    @cached_property
-    def has_likes(self) -> bool:
-        """Whether it has joints, and another component looks like its required one: what lies a place off along a row
-        of these bends the others' joints to where they are seen for all that."""
-        return self.surface.kinematics.n_joints > 0 and self._lookalikes.is_elsewhere
-
-    def may_lie_on_likes(self, seen: Collection[int]) -> bool:
-        """Whether an object of which these components are seen may: what lies so lacks one."""
-        return self.has_likes and len(seen) < len(self.target.model.components)
-
     def looked_again(self, frame: ImageFrame, begun: Poses) -> Ranked:
         """What a second look at an object makes of poses: fits to the contours before and after a climb."""
         poses = self.climber.within_limits(frame.camera, begun)
         return self.polished(frame, self.fit_all(frame, poses), self.last_climb)
-
-    def laid_on_likes(self, frame: ImageFrame, pose: Poses) -> Poses:
-        """A few poses, the best first, with the required component where one has a like one, joints sought anew."""
-        poses = self._standing(frame, self._lookalikes.of(pose))
-        poses = self.surface.search_joints(frame, poses, self._grids)
-        most = self.config.facing.rivals if self.facing else self._search.flip_keep
-        return self.ranked(frame, poses).best(most, self._search).poses
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
         """Add the best one's siblings that come near to it."""
@@ -318,3 +299,10 @@ class WholeObjectFinder:
         fitted = self.refit.of(frame, poses, self.climber.depths(frame.camera))
         upright = self.upright.of(frame, fitted.poses)
         return fitted + self.ranked(frame, upright) if len(upright) else fitted
+
+
+def _last_climb(config: RecognizerConfig, *, facing: bool) -> Climb:
+    """Of what a search has found."""
+    if facing:
+        return Climb(0, config.facing.rounds[-1], config.facing.first_step / 2)
+    return Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])

@@ -65,26 +65,30 @@ def likelier_laid(
 
 def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> LaidOtherwise | None:
     """Those with votes enough; likelier ones but a little are as likely, as mirrored turns are."""
-    if finder.laid_alike is None or frame.deadline.expired:
+    if frame.deadline.expired:
         return None
-    others = finder.laid_alike.of(pose, used)
-    if finder.has_likes:
-        again = finder.looked_again(frame, finder.laid_on_likes(frame, pose))
-        others = again.best(finder.config.search.flip_keep, finder.config.search).poses
+    others = finder.laid_alike.of(pose, used) if finder.laid_alike is not None else pose[:0]
+    if finder.on_likes.any:  # of one with joints the former knows none
+        seen = {*finder.surface.component[finder.surface.markers[used]].tolist()}
+        others = finder.on_likes.of(frame, pose, seen)
     both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])
     if len(both) == 1:
         return None
     config, scores = finder.config.verdict, finder.voter.judge(frame, both, occlusion=True)
-    votes, unseen = finder.voter.total(scores), _log_unseen(finder, frame, both, scores)
+    votes, unseen = finder.voter.total(scores), log_unseen(finder, frame, both, scores)
     rows = np.append(0, np.flatnonzero(votes[1:] > config.mirrored_votes * votes[0]) + 1)
     told, both, log_odds = both[rows[:1]], both[rows[1:]], (unseen - unseen[0])[rows[1:]]
     if not len(both):
         return None
     log_odds = log_odds + even_odds(finder, frame, told[np.zeros(len(both), int)], both)
-    return LaidOtherwise(both, np.where(log_odds > config.least_turn_odds, log_odds, np.minimum(log_odds, 0.0)))
+    likelier = log_odds > config.least_turn_odds
+    if finder.on_likes.any:  # what looks the same throughout is another place only where it is likelier
+        kept = np.flatnonzero(likelier | ~finder.on_likes.same(frame.camera, pose, both))
+        both, log_odds, likelier = both[kept], log_odds[kept], likelier[kept]
+    return LaidOtherwise(both, np.where(likelier, log_odds, np.minimum(log_odds, 0.0))) if len(both) else None
 
 
-def _log_unseen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Array:
+def log_unseen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Array:
     """(H,) log probability of what is not to be seen of H poses though it is in the image: something unknown hides each
     for itself, or all together, and then any number of them as easily."""
     surface, share, (width, height) = finder.surface, finder.config.verdict.hidden_share, frame.camera.size

@@ -6,6 +6,8 @@ worth no more than what is known of these rivals: they are few, known ahead, and
 
 from __future__ import annotations
 
+from copy import copy
+
 import numpy as np
 
 from ..geometry.polygons import distance_to_outline
@@ -43,10 +45,11 @@ class Lookalikes:
     def __len__(self) -> int:
         return len(self._on)
 
-    @property
-    def is_elsewhere(self) -> bool:
-        """Whether in some of them the required component lies on another one."""
-        return bool((self._on != self._root).any())
+    def on_others(self) -> Lookalikes:
+        """Those that put the required component on another one."""
+        some, rows = copy(self), np.flatnonzero(self._on != self._root)
+        some._on, some._R, some._t = self._on[rows], self._R[rows], self._t[rows]
+        return some
 
     def leads_to(self, component: int) -> bool:
         """Whether the required component lies on this one in some lookalike of a rigid object, or in one that looks the

@@ -19,6 +19,7 @@ from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .alternatives import Reading
 from .finder import WholeObjectFinder
+from .laid_otherwise import log_unseen
 from .poses import Poses
 from .turn_evidence import turn_odds
 
@@ -130,6 +131,7 @@ class _Asked(NamedTuple):
     :ivar by_seen: whether they are by the markers that are seen alone.
     :ivar lone: the only component that is seen, of what is turned about it: what the others say, which are not, counts
         against no place by more than something unknown may hide them where they would be.
+    :ivar fitted: whether they were found by fits, and may lie on nothing.
     """
 
     others: Poses
@@ -137,22 +139,30 @@ class _Asked(NamedTuple):
     look: ImageFrame
     by_seen: bool
     lone: int | None = None
+    fitted: bool = False
 
 
 def _asked(
     finder: WholeObjectFinder, frame: ImageFrame, look: ImageFrame, pose: Poses, seen: Collection[int] | None
 ) -> Iterator[_Asked]:
-    """:param look: in which no pixels are others': where an unseen marker would be these may have its class."""
+    """Those of one object.
+
+    :param seen: its components that are; None: nobody asks for those by what is seen.
+    :param look: in which no pixels are others': where an unseen marker would be these may have its class.
+    """
     if finder.exchanges and not frame.deadline.expired:
         yield _Asked(finder.exchanges.of(pose), finder.exchanges.same, frame, False)
     if finder.seen_alike is None or seen is None:
         return
     if others := finder.seen_alike.of(seen):
         yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
-    if finder.has_likes and not frame.deadline.expired:
-        again = finder.looked_again(look, finder.laid_on_likes(look, pose))
-        on_likes = again.best(finder.config.facing.rivals, finder.config.search).poses
-        yield _Asked(on_likes, np.zeros(len(on_likes), bool), look, True)
+    if finder.on_likes.any and not frame.deadline.expired:
+        own = look.unhurried()  # it may be the judge's, whose time is over
+        on_likes = finder.on_likes.of(own, pose, seen)
+        same = finder.on_likes.same(frame.camera, pose, on_likes)
+        none = np.zeros(len(on_likes), bool)
+        yield _Asked(on_likes[np.flatnonzero(~same)], none[~same], own, True, fitted=True)
+        yield _Asked(on_likes[np.flatnonzero(same)], none[same], own, False, fitted=True)
 
 
 def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: _Asked) -> tuple[Poses, Array]:
@@ -160,12 +170,16 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
     the markers seen, where it is likelier but not clearly so, as of mirrored turns."""
     others, look, config = asked.others, asked.look, finder.config.verdict
     if frame.deadline.expired or not len(others):
+        others = others[:0] if asked.fitted else others
         return others, np.zeros(len(others))
     both = Poses.concatenate([pose, others])
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     told = both[np.zeros(len(others), int)]
     odds = turn_odds(finder, look, told, others)
+    if asked.fitted:
+        unseen = log_unseen(finder, look, both, finder.voter.judge(look, both, occlusion=True))
+        odds = odds + unseen[1:] - unseen[0]
     if asked.lone is not None:
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
         if not asked.same.all():

@@ -286,7 +286,7 @@ class Describer:
     def _may_be_others(self, seen: Sequence[set[int]]) -> bool:
         """Whether of some of these the components that are seen lie on like ones of the object laid otherwise."""
         others = self.finder.seen_alike
-        return others is not None and (self.finder.has_likes or any(len(others.of(of)) for of in seen))
+        return others is not None and (self.finder.on_likes.any or any(len(others.of(of)) for of in seen))
 
 
 def _as_judged(verdicts: Sequence[Verdict], known: dict[Verdict, Parts]) -> list[Parts]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator, Sequence
-from itertools import islice
+from itertools import chain, islice
 
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.camera import Camera
@@ -79,8 +79,13 @@ class BagSource(Source):
             yield self._frame(message, camera)
 
     def messages(self) -> Iterator[RawMessage]:
-        """The images and calibrations as they were recorded."""
-        return self.bag.messages([self.topic, self.info_topic], *self._span_ns)
+        """The images and calibrations as they were recorded, calibrations from shortly before to shortly behind it."""
+        start_ns, stop_ns = self._span_ns
+        if start_ns is not None:
+            yield from self.bag.messages([self.info_topic], max(0, start_ns - AHEAD_NS), start_ns)
+        yield from self.bag.messages([self.topic, self.info_topic], start_ns, stop_ns)
+        if stop_ns is not None:
+            yield from self.bag.messages([self.info_topic], stop_ns, stop_ns + AHEAD_NS)
 
     @property
     def _span_ns(self) -> tuple[int | None, int | None]:
@@ -104,7 +109,8 @@ class BagSource(Source):
 
     def _with_infos(self, whole: bool) -> Iterator[Held[Camera | None]]:
         ahead = LookAhead[Camera | None]()
-        for message in self._with_infos_around():
+        # the bag's first one goes before all: images may come before it, and it holds for them just as well
+        for message in chain(islice(self.bag.messages([self.info_topic]), 1), self.messages()):
             if message.topic == self.info_topic:
                 yield from ahead.add_info(self._info(message), message.log_ns)
             else:
@@ -112,17 +118,6 @@ class BagSource(Source):
                 kept = message if whole else message._replace(data=b"")
                 yield from ahead.add_image(kept, head.stamp_ns, head.frame_id)
         yield from ahead.rest()
-
-    def _with_infos_around(self) -> Iterator[RawMessage]:
-        """What is asked for of the bag, with calibrations from shortly before it to shortly behind it. The bag's first
-        one goes before all: images may come before it, and it holds for them just as well."""
-        start_ns, stop_ns = self._span_ns
-        yield from islice(self.bag.messages([self.info_topic]), 1)
-        if start_ns is not None:
-            yield from self.bag.messages([self.info_topic], max(0, start_ns - AHEAD_NS), start_ns)
-        yield from self.bag.messages([self.topic, self.info_topic], start_ns, stop_ns)
-        if stop_ns is not None:
-            yield from self.bag.messages([self.info_topic], stop_ns, stop_ns + AHEAD_NS)
 
     def _note_other(self, held: Held[Camera | None]) -> None:
         info = held.info

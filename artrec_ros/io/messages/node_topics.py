@@ -40,7 +40,8 @@ COMPRESSED = NodeTopic(
 CAMERA_INFO = NodeTopic(
     "camera_info",
     "sensor_msgs/msg/CameraInfo",
-    "the calibration; the one with an image's stamp, else the newest; without it there are no metric poses but those "
+    "the calibration; of those of the image's camera (`frame_id`) the one with its stamp, else the newest; without it "
+    "there are no metric poses but those "
     "on `scene.plane`",
 )
 INPUTS = (IMAGE, COMPRESSED, CAMERA_INFO)

@@ -127,7 +127,7 @@ y down, z into the picture. No transform leads there. A viewer that has it as it
 | status | tells |
 | --- | --- |
 | `input` | rate; images processed, failed (not usable), dropped (a newer one came), lost (never arrived); last error |
-| `calibration` | whether metric poses can be told, and why not; whether images were taken with a calibration that may not be theirs |
+| `calibration` | whether metric poses can be told, and why not; whether images had a calibration that may not be theirs |
 | `recognition` | objects found; time from reception to publication, the recogniser's part of it, the rest: ms |
 | `output` | subscribers that cannot hear; other nodes that publish under the same names |
 
@@ -138,7 +138,8 @@ has come.
 
 The node is a lifecycle node: `~/change_state`, `~/get_state` and their kin. By default (`autostart`) it configures and
 activates itself. Configuring reads the files anew; deactivating unsubscribes and deletes the markers; what
-is under way then is not published. After `shutdown` the process stays, its node finalized, until SIGINT or SIGTERM ends it.
+is under way then is not published. After `shutdown` the process stays, its node finalized, until SIGINT or SIGTERM
+ends it.
 """
 
 YAML = """\

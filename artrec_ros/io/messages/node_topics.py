@@ -41,8 +41,7 @@ CAMERA_INFO = NodeTopic(
     "camera_info",
     "sensor_msgs/msg/CameraInfo",
     "the calibration; of those of the image's camera (`frame_id`) the one with its stamp, else the newest; without it "
-    "there are no metric poses but those "
-    "on `scene.plane`",
+    "there are no metric poses but those on `scene.plane`",
 )
 INPUTS = (IMAGE, COMPRESSED, CAMERA_INFO)
 

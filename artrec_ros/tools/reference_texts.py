@@ -127,7 +127,7 @@ y down, z into the picture. No transform leads there. A viewer that has it as it
 | status | tells |
 | --- | --- |
 | `input` | rate; images processed, failed (not usable), dropped (a newer one came), lost (never arrived); last error |
-| `calibration` | whether metric poses can be told, and why not; whether images had a calibration that may not be theirs |
+| `calibration` | whether metric poses can be told, and why not; and whether images' own was used |
 | `recognition` | objects found; time from reception to publication, the recogniser's part of it, the rest: ms |
 | `output` | subscribers that cannot hear; other nodes that publish under the same names |
 

@@ -1,5 +1,5 @@
-"""Second looks at objects that leave blobs unexplained which may be their own, for poses that explain these, too; and at
-those that lack a part, which may lie on like ones.
+"""Second looks at objects that leave blobs unexplained which may be their own, for poses that explain these, too; and
+at those that lack a part, which may lie on like ones.
 
 A search goes by what components show where it lays them. What leads it astray may still be an object, one that lies on
 most of its markers: then nobody looks for the others. Where they may be is known once all objects are found. What comes

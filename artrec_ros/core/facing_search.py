@@ -176,7 +176,7 @@ class FacingSearch:
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
         # a blob in which smaller ones are looked for has no middle
         paired, pair = self._pairs.guess(early, mine if sizes == 1 else (), blobs, limits)
-        likely = first_of_each(blob, own_votes, config.per_patch)
+        likely = first_of_each(blob, own_votes, config.per_patch if self._directions.turned == 1 else 0)
         poses, blob = self._turned(early, poses, blob)
         poses, blob = Poses.concatenate([poses, paired, of_limbs]), np.concatenate([blob, pair, own + limb])
         long = np.array([not is_small(b, self._config.guesses) for b in mine] * sizes + [False] * len(limbs), bool)
@@ -186,7 +186,7 @@ class FacingSearch:
         near = self._near_best(found.votes, blob)
         # fits of the contours where they are long enough: a grid is coarse there, and what it turns by a few degrees
         # may lay all but the component itself beside its pixels
-        every = np.union1d(near, likely) if self._directions.turned == 1 else near
+        every = np.union1d(near, likely)
         large, limb = every[long[blob[every]]], near[blob[near] >= own]
         if not len(large) and not len(limb):
             return found[near], blob[near], most, swollen[near]

@@ -100,10 +100,11 @@ class FacingStage:
         """
         found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
         shared, in_time = self._shared_out(found, faced, looks)
-        known = shared.accepted if in_time else []
+        known = list[Verdict]()
         if in_time:
+            known += shared.accepted
             found, shared = self._looked_at(found, shared, (), faced, blobs, looks)
-            known = [*known, *shared.accepted]
+            known += shared.accepted
         more = self._of_the_rest(faced, blobs, limits, shared.accepted)
         if not any(len(poses) for _, poses in more):
             return found, shared

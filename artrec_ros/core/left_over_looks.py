@@ -8,7 +8,7 @@ of it is a candidate beside what was found: the pixels are shared out anew, and 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from itertools import zip_longest
 from typing import NamedTuple
@@ -63,11 +63,13 @@ class LeftOverLooks:
             looked at again. :param known: candidates that were looked at.
         """
         out, recall = dict[WholeObjectFinder, Poses](), recall or Recall()
-        done = {_key(v) for v in known}
-        each = [self._looks(finder, frame, accepted, blobs, recall, done) for finder in self._of]
+        done = {v.claim.poses.key for v in known}
+        new = [v for v in accepted if v.claim.poses.key not in done]
+        own = {finder: [v for v in new if v.claim.finder.target is finder.target] for finder in self._of}
+        each = [self._looks(finder, mine, frame, accepted, blobs, recall) for finder, mine in own.items()]
         in_turn = [look for looks in zip_longest(*each) for look in looks if look is not None]
         in_turn.sort(key=self._is_of_a_sure_one)  # there is time for so many
-        on_likes = [look for finder in self._of for look in self._on_likes(finder, frame, accepted, recall, done)]
+        on_likes = [look for finder, mine in own.items() for look in self._on_likes(finder, mine, frame, recall)]
         for look in [*in_turn[: self._most], *on_likes[: self._most]]:
             if frame.deadline.expired:
                 break
@@ -80,17 +82,16 @@ class LeftOverLooks:
     def _looks(
         self,
         finder: WholeObjectFinder,
+        own: Sequence[Verdict],
         frame: ImageFrame,
         accepted: Sequence[Verdict],
         blobs: Sequence[Blob],
         recall: Recall,
-        known: Collection[bytes],
     ) -> Iterator[_Look]:
         """What is to be explained of each object of a target that is not sure in spite of it, or of which what is left
         is sure, and where balls lie that are told otherwise. Of what faces the camera all is: a pose that is sure may
         have a limb that is not, and no other depth makes another object of what is left."""
         left_overs, every = self._of[finder], set(range(len(finder.target.model.components)))
-        own = [v for v in accepted if v.claim.finder.target is finder.target and _key(v) not in known]
         asked = [v for v in own if not recall.rests(finder, v.claim.poses)]
         for_all = {v for v in own if finder.facing or left_overs.is_in_doubt(_seen(v))}
         mine = [v for v in own if v in for_all or (v in asked and left_overs.may_be_sure(every - {*_seen(v)}))]
@@ -108,18 +109,11 @@ class LeftOverLooks:
                 yield _Look.through(otherwise, verdict, frame.camera)
 
     def _on_likes(
-        self,
-        finder: WholeObjectFinder,
-        frame: ImageFrame,
-        accepted: Sequence[Verdict],
-        recall: Recall,
-        known: Collection[bytes],
+        self, finder: WholeObjectFinder, own: Sequence[Verdict], frame: ImageFrame, recall: Recall
     ) -> Iterator[_Look]:
         """Whether what lacks something lies where it has a like part."""
-        for v in accepted if finder.on_likes.any else ():
-            if v.claim.finder.target is not finder.target or all(v.confirmed) or _key(v) in known:
-                continue
-            if not recall.rests(finder, v.claim.poses):
+        for v in own if finder.on_likes.any else ():
+            if not all(v.confirmed) and not recall.rests(finder, v.claim.poses):
                 yield _Look(finder, v, partial(finder.on_likes.begun, frame, v.claim.poses))
 
     def _is_of_a_sure_one(self, look: _Look) -> bool:
@@ -149,12 +143,6 @@ class LeftOverLooks:
         shown = [verdict.shown[c] for c in _seen(verdict)]
         for some in left.choices:
             yield self._of[finder].middles(verdict.claim.poses, shown, left, camera, some)
-
-
-def _key(verdict: Verdict) -> bytes:
-    """The same of those on one candidate."""
-    poses = verdict.claim.poses
-    return b"".join(values.tobytes() for values in (poses.R, poses.t, poses.q))
 
 
 def _seen(verdict: Verdict) -> list[int]:

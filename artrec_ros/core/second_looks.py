@@ -92,7 +92,7 @@ class SecondLooks:
         reach = _reach(silhouette(finder.surface, self._frame.camera, poses), self._frame.size)
         for frame in (left_by(self._hurried, others), self._hurried)[: 1 + bool(others)]:
             # what others do beyond its reach changes nothing
-            key = id(finder), _bytes(poses), sha256(frame.field.labels[reach].tobytes()).digest()
+            key = id(finder), poses.key, sha256(frame.field.labels[reach].tobytes()).digest()
             if key in self._seen or frame.deadline.expired or patience.is_late:
                 continue
             self._seen.add(key)
@@ -110,7 +110,3 @@ def _reach(hulls: Sequence[NDArray[np.float32]], size: tuple[int, int]) -> tuple
     length = float(np.linalg.norm(high - low))
     first, last = np.maximum(low - length, 0).astype(int), np.minimum(high + length + 1, size).astype(int)
     return slice(int(first[1]), int(last[1])), slice(int(first[0]), int(last[0]))
-
-
-def _bytes(poses: Poses) -> bytes:
-    return b"".join(values.tobytes() for values in (poses.R, poses.t, poses.q))

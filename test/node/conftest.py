@@ -7,7 +7,7 @@ import os
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 import pytest
@@ -87,3 +87,12 @@ def picture(setup: Setup) -> np.ndarray:
     import toy
 
     return toy.draw(setup.targets[0].model, 0.05, 0.02, 0.6)
+
+
+@pytest.fixture
+def node(parameter_file: Path) -> Iterator[Any]:
+    """An active node in this process; nothing spins it, images are handed to it."""
+    from lone_node import alone
+
+    with alone(parameter_file) as node:
+        yield node

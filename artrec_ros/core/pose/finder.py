@@ -237,15 +237,15 @@ class WholeObjectFinder:
     def with_joints(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """The best with the joints at which the labels like the other components best, fitted to all contours."""
         search = self._search
-        poses = self._standing(frame, poses)
+        poses = self.standing(frame, poses)
         poses = self.surface.search_joints(frame, poses, self.first_grids)
         found = Ranked(poses, self.voter.votes(frame, poses, occlusion=False)).best(search.joint_keep, search)
         poses = Poses.concatenate([found.poses, self.flips(found)])
-        poses = self._standing(frame, poses)
+        poses = self.standing(frame, poses)
         found = self.fit_all(frame, poses).best(search.fit_keep, search)
         return self._with_lookalikes(frame, found)
 
-    def _standing(self, frame: ImageFrame, poses: Poses) -> Poses:
+    def standing(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those that stand on the scene's floor, about."""
         stand = frame.scene.may_stand(poses.R, poses.t, self.config.guesses.standing_slack)
         return poses if stand.all() else poses[np.flatnonzero(stand)]
@@ -255,9 +255,7 @@ class WholeObjectFinder:
         search, ways = self._search, len(self._lookalikes) + len(self.like_sides)
         for _ in range(_MOST_MOVES * (len(found) > 0 and ways > 0)):
             best = found.poses[:1]
-            poses = self._standing(
-                frame, Poses.concatenate([self._lookalikes.of(best), self.like_sides.of(best).poses])
-            )
+            poses = self.standing(frame, Poses.concatenate([self._lookalikes.of(best), self.like_sides.of(best).poses]))
             poses = self.surface.search_joints(frame, poses, self.first_grids)
             others = self.ranked(frame, poses).best(search.flip_keep, search)
             others = others[others.votes > search.rival * found.votes[0]]

@@ -65,10 +65,10 @@ def likelier_laid(
 
 def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> LaidOtherwise | None:
     """Those with votes enough; likelier ones but a little are as likely, as mirrored turns are."""
-    if frame.deadline.expired:
+    if finder.laid_alike is None or frame.deadline.expired:
         return None
-    others = finder.laid_alike.of(pose, used) if finder.laid_alike is not None else pose[:0]
-    if finder.on_likes.any:  # of one with joints the former knows none
+    others = finder.laid_alike.of(pose, used)
+    if finder.on_likes.any:  # it has joints, and of such the former knows none
         seen = {*finder.surface.component[finder.surface.markers[used]].tolist()}
         others = finder.on_likes.of(frame, pose, seen)
     both = Poses.concatenate([pose, others[np.flatnonzero(frame.scene.stand(others.R, others.t))]])

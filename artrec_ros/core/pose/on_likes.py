@@ -7,6 +7,7 @@ all that: a search that comes to such a pose finds nothing better near it.
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -33,15 +34,14 @@ class OnLikes:
         self.any = surface.kinematics.n_joints > 0 and len(self._lookalikes) > 0
         self._grids = surface.kinematics.grids(config.search.joint_step)
         self._most = config.facing.rivals if finder.facing else config.search.flip_keep
-        self._like, self._size = may_be_taken_for(surface, surface.markers), np.sqrt(surface.area[surface.markers])
+        self._size = np.sqrt(surface.area[surface.markers])
 
     def begun(self, frame: ImageFrame, pose: Poses) -> Poses:
         """A few of a pose, the best first, as they are before a climb."""
-        surface, scene = self._finder.surface, frame.scene
-        poses = self._lookalikes.of(pose)
-        stand = scene.may_stand(poses.R, poses.t, self._finder.config.guesses.standing_slack)
-        poses = surface.search_joints(frame, poses[np.flatnonzero(stand)], self._grids)
-        return self._finder.ranked(frame, poses).best(self._most, self._finder.config.search).poses
+        finder = self._finder
+        poses = finder.standing(frame, self._lookalikes.of(pose))
+        poses = finder.surface.search_joints(frame, poses, self._grids)
+        return finder.ranked(frame, poses).best(self._most, finder.config.search).poses
 
     def of(self, frame: ImageFrame, pose: Poses, seen: Collection[int]) -> Poses:
         """A few after a climb, that differ; where all components are seen those alone that look the same throughout,
@@ -55,6 +55,11 @@ class OnLikes:
         if not len(begun):
             return begun
         return self._finder.looked_again(frame, begun).best(self._most, self._finder.config.search).poses
+
+    @cached_property
+    def _like(self) -> NDArray[np.bool_]:
+        """(M, M) which markers may be taken for each other."""
+        return may_be_taken_for(self._finder.surface, self._finder.surface.markers)
 
     def same(self, camera: Camera, pose: Poses, others: Poses) -> NDArray[np.bool_]:
         """(K,) whether others have each marker, seen or not, on a like one of a pose: nothing hidden tells these from

@@ -27,6 +27,11 @@ class Poses:
         rows = numbers_of(index)
         return Poses(self.R.take(rows, 0), self.t.take(rows, 0), self.q.take(rows, 0))
 
+    @property
+    def key(self) -> bytes:
+        """The same of the same hypotheses."""
+        return b"".join(values.tobytes() for values in (self.R, self.t, self.q))
+
     @classmethod
     def concatenate(cls, parts: list[Poses]) -> Poses:
         """The rows of one part or more, in order."""

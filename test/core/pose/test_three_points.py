@@ -145,7 +145,7 @@ def test_where_none_stands_on_the_floor_there_is_none(monkeypatch):
     looks = ThreePointLooks([finder], Judge.of(DEFAULTS))
     blobs = find_blobs(frame.field.labels, {RED, 3, 4}, DEFAULTS)
     assert looks.candidates(frame, [], blobs)
-    monkeypatch.setattr(WholeObjectFinder, "_standing", lambda self, frame, poses: poses[:0])
+    monkeypatch.setattr(WholeObjectFinder, "standing", lambda self, frame, poses: poses[:0])
     assert not looks.candidates(frame, [], blobs)
 
 

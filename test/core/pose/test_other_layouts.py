@@ -21,6 +21,7 @@ from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.other_layouts import Layouts
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict import descriptions
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
@@ -113,12 +114,20 @@ def test_who_is_no_object_turned_otherwise_is_told_as_it_was_found(monkeypatch):
     doubted = replace(verdict.among, probability=verdict.among.probability * 0.01)[0]
     describer = Describer(finder)
     (told,) = describer.describe([verdict], frame, [verdict])
-    monkeypatch.setattr(describer, "_judged_at", lambda pose, of: doubted)
+    monkeypatch.setattr(descriptions, "judged_at", lambda pose, of: doubted)
     (kept,) = describer.describe([verdict], frame, [verdict])
     assert abs(wrap_angle(told.image.theta - kept.image.theta)) > 3.0
     assert kept.there == pytest.approx(verdict.probability)
     assert max(kept.score, *(part.score for part in kept.components)) < 0.1  # for it is hardly turned as it is told
     assert told.score > 0.5
+
+
+def test_what_is_the_right_way_round_is_laid_otherwise_once(monkeypatch):
+    """Of an object with joints each of these takes a search of them, and a climb."""
+    finder, frame, truth, _ = seen(Ant(70.0, 60.0, 0.8, 600.0, "gr"))
+    (verdict,), asked, around = verdicts_of(claims_of(finder, truth, frame)), [], Layouts.around
+    monkeypatch.setattr(Layouts, "around", lambda *of: asked.append(of) or around(*of))
+    assert len(Describer(finder).describe([verdict], frame, [verdict])) == len(asked) == 1
 
 
 def test_a_name_that_is_known_tells_the_turn():

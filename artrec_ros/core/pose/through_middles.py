@@ -45,6 +45,8 @@ class ThroughMiddles:
         self._surface, self._kin, self._config = surface, surface.kinematics, config.middles
         self._free = np.ones(6 + self._kin.n_joints, bool)
         self._free[3:5] = not facing
+        self._differences = _DIFFERENCE * np.eye(len(self._free))[self._free]
+        self._turned = rotation_from_rotvec(self._differences[:, 3:6])
         self._facing = facing
         self._middle, self._area = surface.sides.blobs
 
@@ -54,16 +56,19 @@ class ThroughMiddles:
 
     def begun(self, camera: Camera, poses: Poses, middles: Middles) -> Poses:
         """The same begun from some poses alone, which are about right."""
-        cost, damped = self._cost(camera, poses, middles), np.full(len(poses), _DAMPED)
+        residual, damped = self._residuals(camera, poses, middles), np.full(len(poses), _DAMPED)
+        cost = (residual**2).sum(axis=1)
         for _ in range(_STEPS):
-            moved = self._stepped(camera, poses, middles, damped)
-            less = self._cost(camera, moved, middles)
+            moved = self._stepped(camera, poses, middles, residual, damped)
+            there = self._residuals(camera, moved, middles)
+            less = (there**2).sum(axis=1)
             better = less < cost
             poses = Poses(
                 np.where(better[:, None, None], moved.R, poses.R),
                 np.where(better[:, None], moved.t, poses.t),
                 np.where(better[:, None], moved.q, poses.q),
             )
+            residual = np.where(better[:, None], there, residual)
             cost, damped = np.minimum(cost, less), damped * np.where(better, _LESS, _MORE)
         poses = Poses(poses.R, poses.t, self._kin.bound(poses.q))
         order = np.argsort(cost, kind="stable")
@@ -118,12 +123,11 @@ class ThroughMiddles:
         axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
         return np.asarray(rotation_from_rotvec(np.arccos(cosine) * axis) @ R)
 
-    def _stepped(self, camera: Camera, poses: Poses, middles: Middles, damped: Array) -> Poses:
-        """One step of each (Levenberg and Marquardt), with derivatives by differences."""
+    def _stepped(self, camera: Camera, poses: Poses, middles: Middles, residual: Array, damped: Array) -> Poses:
+        """One step of each (Levenberg and Marquardt), with derivatives by differences. :param residual: of these."""
         free, H = np.flatnonzero(self._free), len(poses)
-        residual = self._residuals(camera, poses, middles)
-        each = np.repeat(_DIFFERENCE * np.eye(len(self._free))[free], H, axis=0)
-        moved = self._moved(poses[np.tile(np.arange(H), len(free))], each)
+        each, turned = (np.repeat(values, H, axis=0) for values in (self._differences, self._turned))
+        moved = self._moved(poses[np.tile(np.arange(H), len(free))], each, turned)
         changed = self._residuals(camera, moved, middles).reshape(len(free), H, -1)
         J = np.moveaxis(changed - residual, 0, 2) / _DIFFERENCE
         A = J.swapaxes(1, 2) @ J
@@ -131,14 +135,15 @@ class ThroughMiddles:
         A = A + np.eye(len(free)) * (damped[:, None] * diagonal + 1e-6)[:, None, :]
         step = np.zeros((H, len(self._free)))
         step[:, free] = -np.linalg.solve(A, (J.swapaxes(1, 2) @ residual[..., None]))[..., 0]
-        return self._moved(poses, np.clip(step, -1, 1))
+        step = np.clip(step, -1, 1)
+        return self._moved(poses, step, rotation_from_rotvec(step[:, 3:6]))
 
-    def _moved(self, poses: Poses, step: Array) -> Poses:
-        """:param step: (H, 6+J) shares of the depth along the camera's axes, turns about them, units of joints."""
+    def _moved(self, poses: Poses, step: Array, turned: Array) -> Poses:
+        """:param step: (H, 6+J) shares of the depth along the camera's axes, turns about them, units of joints.
+        :param turned: (H, 3, 3) these turns."""
         depth = np.maximum(poses.t[:, 2:], LEAST_DEPTH_M)
-        R = rotation_from_rotvec(step[:, 3:6]) @ poses.R
         q = poses.q + step[:, 6:] * self._kin.unit
-        return Poses(R, poses.t + depth * step[:, :3], np.ascontiguousarray(q))
+        return Poses(turned @ poses.R, poses.t + depth * step[:, :3], np.ascontiguousarray(q))
 
     def _residuals(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
         """(H, 3 n + J) in deviations: places, sizes, joints beyond their limits or far from the middle between them."""
@@ -150,6 +155,3 @@ class ThroughMiddles:
         prior = np.where(kin.endless, 0.0, (poses.q - kin.middle) / most)
         joints = _BEYOND * beyond + _WEAK * prior
         return np.concatenate([off.reshape(len(poses), -1), size, joints], axis=1)
-
-    def _cost(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
-        return np.asarray((self._residuals(camera, poses, middles) ** 2).sum(axis=1))

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose
-from .layout import Layout, moves_onto, placed_markers
+from .layout import Layout, Placed, moves_onto, placed_markers
 from .lookalikes import turns_on
 from .poses import Poses
 from .required_place import mirrored_about
@@ -51,8 +51,9 @@ class LikeSides:
     """Those of one object; none of one that has joints."""
 
     def __init__(self, surface: SpatialModel) -> None:
-        found = [] if surface.kinematics.n_joints else list(_sides(surface))
-        self._component = np.array([m.component for m in placed_markers(surface)], int)
+        every = placed_markers(surface)
+        found = [] if surface.kinematics.n_joints else list(_sides(every))
+        self._component = np.array([m.component for m in every], int)
         self._on = np.array([s.on for s in found], bool).reshape(-1, *2 * self._component.shape)
         self._R = np.array([s.moved.rotation for s in found]).reshape(-1, 3, 3)
         self._t = np.array([s.moved.position for s in found]).reshape(-1, 3)
@@ -103,9 +104,8 @@ class LikeSides:
         return Others(Poses(both.R @ self._R[k], t, both.q), np.tile(of, 2), k)
 
 
-def _sides(surface: SpatialModel) -> Iterator[_Side]:
+def _sides(every: list[Placed]) -> Iterator[_Side]:
     """Each move once."""
-    every = placed_markers(surface)
     normals = np.array([m.whole.rotation[:, 2] for m in every])
     centres = np.array([m.whole.position for m in every])
     kept, size, layout = np.zeros((0, 3, 4)), min(m.marker.area for m in every) ** 0.5, Layout(every)

@@ -94,11 +94,6 @@ class Identifier:
             evidence = self._shown(Layouts.around(self._finder, frame, poses), told)[1]
         return surplus(evidence, odds, 1 - self._config.min_identity_probability)
 
-    def evidence(self, frame: ImageFrame, poses: Poses) -> Array:
-        """(H, N) log-likelihood of the pixels on the components under each identity: as objects are told, or turned so
-        that they look as those of other names do."""
-        return Layouts.around(self._finder, frame, poses).evidence()
-
 
 def one_of_each(
     detections: Sequence[Detection], models: Mapping[str, ObjectModel]

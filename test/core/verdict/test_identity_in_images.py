@@ -18,6 +18,7 @@ from artrec_ros.core.model.objects import Component, Identity, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.alternatives import Alternatives
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.other_layouts import Layouts
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.verdict.acceptance import _of_several, verdicts_of
@@ -48,8 +49,16 @@ def poses_of(frame, *placed):
     return Poses.concatenate([p.pose(frame.camera) for p in placed])
 
 
+def finder_of(model, meaning=LABELS):
+    return WholeObjectFinder(Target("robot", model, TEAM), DEFAULTS, meaning, facing=True)
+
+
 def identifier_of(model, meaning=LABELS):
-    return Identifier(WholeObjectFinder(Target("robot", model, TEAM), DEFAULTS, meaning, facing=True))
+    return Identifier(finder_of(model, meaning))
+
+
+def read_in(frame, at, model, meaning=LABELS):
+    return Layouts.around(finder_of(model, meaning), frame, poses_of(frame, at)).evidence()
 
 
 ONE = Placing(60.0, 50.0, 0.4, 300.0, "gr")
@@ -60,7 +69,7 @@ def test_the_classes_that_are_shown_win(name):
     at = Placing(60.0, 50.0, 0.4, 300.0, name)
     frame = frame_of(at)
     identifier = identifier_of(robot())
-    evidence = identifier.evidence(frame, poses_of(frame, at))
+    evidence = read_in(frame, at, robot())
     assert evidence.shape == (1, 4) and (evidence <= 0).all()
     assert identifier.identities[int(evidence.argmax())].name == name
     (fit,) = identifier.identify(frame, poses_of(frame, at), [{0, 1, 2}])
@@ -73,8 +82,7 @@ def test_evidence_grows_with_what_is_seen():
     for scale in (200.0, 400.0):
         at = Placing(75.0, 60.0, 0.0, scale, "gr")
         frame = frame_of(at)
-        identifier = identifier_of(robot())
-        evidence = np.sort(identifier.evidence(frame, poses_of(frame, at))[0])
+        evidence = np.sort(read_in(frame, at, robot())[0])
         gaps.append(evidence[-1] - evidence[0])
     assert gaps[1] / gaps[0] == pytest.approx(4, rel=0.15)
 
@@ -125,8 +133,7 @@ def test_pixels_in_doubt_tell_as_much_as_they_know():
     for share in (1.0, 0.7, 0.5, 0.2):
         meaning = meaning_of(share)
         frame = frame_of(ONE, meaning=meaning)
-        identifier = identifier_of(model, meaning)
-        gr, vr = identifier.evidence(frame, poses_of(frame, ONE))[0]
+        gr, vr = read_in(frame, ONE, model, meaning)[0]
         found[share] = gr - vr
     assert found[1.0] > found[0.7] > found[0.5] > found[0.2]
     assert found[0.5] == pytest.approx(0) and found[0.2] < 0

@@ -26,6 +26,13 @@ class Climb(NamedTuple):
     rounds: int
     first_step: float
 
+    @classmethod
+    def last(cls, config: RecognizerConfig, *, facing: bool) -> Climb:
+        """That of what a search has found."""
+        if facing:
+            return cls(0, config.facing.rounds[-1], config.facing.first_step / 2)
+        return cls(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
+
 
 class Climber:
     """Moves hypotheses of one object uphill. :param facing: they turn about the optical axis alone."""

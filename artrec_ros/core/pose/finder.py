@@ -62,39 +62,41 @@ class WholeObjectFinder:
         """
         self.facing = facing
         self.target, self.config, self._search = target, config, config.search
-        votes = config.votes
-        if facing and codes is not LABELS:
-            colour = config.facing
-            votes = replace(votes, ring_px=colour.colour_ring_px, inside_empty=colour.colour_inside_empty)
-        self.surface = SpatialModel(target.model, target.label, votes, codes)
-        if facing:  # it is judged by as few points as its curves were fitted with
-            self.surface.limits = self.surface.limits._replace(point_px=np.inf, level=self.surface.is_level)
-        self.root = self.surface.root
-        self.root_labels = target.root_labels
+        self.surface = _surface_of(target, config, codes, facing=facing)
+        self.root, self.root_labels = self.surface.root, target.root_labels
         self._equip()
         self.alternatives = Alternatives(self.surface, config.verdict)
-        self.exchanges = Exchanges(self.surface) if facing else None
-        self.seen_alike = SeenAlike(self.surface) if facing else None
-        self.laid_alike = None if facing else LaidAlike(self.surface)
         self.required = RequiredPlace(target.model, self.surface)
         self.upright = Upright(self.required, facing=facing)
-        self.tilts = None if facing else Tilts(self.surface, self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
-        self._lookalikes, self.like_sides = Lookalikes(self.surface), LikeSides(self.surface)
-        self.last_climb = _last_climb(config, facing=facing)
-        self.on_likes = OnLikes(self, self._lookalikes)
-        self.in_place = Lookalikes(self.surface, in_place=True, unlike=not facing)
-        kin = self.surface.kinematics
-        self.first_grids, self._grids = kin.grids(self._search.first_joint_step), kin.grids(self._search.joint_step)
-        fine = kin.grids(self._search.fine_joint_step)
-        self.stand_ins = StandIns(self.surface, fine, config.verdict.stand_in)
-        step, most, plain = self._search.fine_joint_step, self._search.other_joints, float(config.votes.inside[0])
-        self.other_joints = OtherJoints(self.surface, self.voter.value, step, most, plain, 1 - self._search.near_joints)
-        self.bending = Bending(self)
+        self.last_climb = Climb.last(config, facing=facing)
+        self._bend()
+        self._lay_otherwise()
         # what faces the camera is guessed from the front alone, elsewhere: views from all sides take long to make
         self._seeds = None if facing else Seeds(target, self.surface, config, self._lookalikes)
         # classes of whose blobs an object is guessed
         self.seed_labels = self._seeds.labels if self._seeds else set(self.root_labels)
+
+    def _bend(self) -> None:
+        """What seeks joints."""
+        search, kin = self._search, self.surface.kinematics
+        self.first_grids, self._grids = kin.grids(search.first_joint_step), kin.grids(search.joint_step)
+        fine, plain = kin.grids(search.fine_joint_step), float(self.config.votes.inside[0])
+        self.stand_ins = StandIns(self.surface, fine, self.config.verdict.stand_in)
+        step, most, near = search.fine_joint_step, search.other_joints, 1 - search.near_joints
+        self.other_joints = OtherJoints(self.surface, self.voter.value, step, most, plain, near)
+        self.bending = Bending(self)
+
+    def _lay_otherwise(self) -> None:
+        """What knows the poses in which the object looks much like itself."""
+        surface, facing = self.surface, self.facing
+        self._lookalikes, self.like_sides = Lookalikes(surface), LikeSides(surface)
+        self.in_place = Lookalikes(surface, in_place=True, unlike=not facing)
+        self.on_likes = OnLikes(self, self._lookalikes)
+        self.exchanges = Exchanges(surface) if facing else None
+        self.seen_alike = SeenAlike(surface) if facing else None
+        self.laid_alike = None if facing else LaidAlike(surface)
+        self.tilts = None if facing else Tilts(surface, self.required)
 
     @cached_property
     def swollen(self) -> tuple[WholeObjectFinder, ...]:
@@ -299,8 +301,13 @@ class WholeObjectFinder:
         return fitted + self.ranked(frame, upright) if len(upright) else fitted
 
 
-def _last_climb(config: RecognizerConfig, *, facing: bool) -> Climb:
-    """Of what a search has found."""
-    if facing:
-        return Climb(0, config.facing.rounds[-1], config.facing.first_step / 2)
-    return Climb(0, config.search.climb_rounds[-2:][0], config.search.climb_first_steps[-1])
+def _surface_of(target: Target, config: RecognizerConfig, codes: Codes, *, facing: bool) -> SpatialModel:
+    """What shows of a target, and what its pixels count."""
+    votes = config.votes
+    if facing and codes is not LABELS:
+        colour = config.facing
+        votes = replace(votes, ring_px=colour.colour_ring_px, inside_empty=colour.colour_inside_empty)
+    surface = SpatialModel(target.model, target.label, votes, codes)
+    if facing:  # it is judged by as few points as its curves were fitted with
+        surface.limits = surface.limits._replace(point_px=np.inf, level=surface.is_level)
+    return surface

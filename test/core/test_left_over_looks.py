@@ -63,12 +63,16 @@ def test_one_with_its_knee_in_view_is_bent_one_way():
     assert max(found.joint_deviations.values()) < 0.1
 
 
-@pytest.mark.parametrize("facing", [True, False])
+@pytest.mark.parametrize(
+    ("camera", "facing"),
+    [(Camera.facing(SIZE), True), (CAMERA, False), (Camera(CAMERA.matrix, [-0.3, 0.1, 0.01, 0.01], SIZE), False)],
+    ids=["flat", "space", "a lens that bends"],
+)
 @pytest.mark.parametrize("n", range(6))
-def test_a_pose_goes_through_middles_whatever_it_was(n, facing):
+def test_a_pose_goes_through_middles_whatever_it_was(n, camera, facing):
     config, rng = settings(**LIMITS), np.random.default_rng(n)
     finder = WholeObjectFinder(leg(), config, facing=facing)
-    camera, kin = Camera.facing(SIZE) if facing else CAMERA, finder.surface.kinematics
+    kin = finder.surface.kinematics
     through = ThroughMiddles(finder.surface, config, facing=facing)
     q = rng.uniform(kin.lower, kin.upper)[None]
     true = Poses(np.diag([1.0, -1.0, -1.0])[None], np.array([[0.0, 0.0, camera.focal_px / 100]]), q)

@@ -7,6 +7,7 @@ from functools import cached_property
 
 import numpy as np
 
+from .pixel_kernels import Lens
 from .transforms import Array, readonly
 
 _MAX_RADIUS = 3.0  # normalised: 72 degrees from the axis
@@ -67,6 +68,15 @@ class Camera:
     def bent(self) -> bool:
         """Whether the lens distorts at all."""
         return bool(self.distortion.any())
+
+    @cached_property
+    def lens(self) -> Lens:
+        """What compiled code needs of it.
+
+        Arrays are copied: those of one that came from another process may be written to, and compiled code would take
+        them for another kind.
+        """
+        return Lens(np.array(self.matrix), np.array(self.rational), self.bent, self.fold)
 
     @cached_property
     def straight(self) -> tuple[Array, Array] | None:

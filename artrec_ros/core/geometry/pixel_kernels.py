@@ -34,6 +34,15 @@ def pinhole(x: Any, y: Any, z: Any, K: Any, d: Any, bent: bool, fold: float) -> 
 _pinhole = inlined(pinhole)
 
 
+class Lens(NamedTuple):
+    """A camera without an image."""
+
+    K: Any  # (3, 3) a copy
+    d: Any  # (8,) distortion
+    bent: bool  # there is distortion
+    fold: float  # squared radius at which the distortion folds back
+
+
 class LabelView(NamedTuple):
     """A label image and the camera that took it."""
 
@@ -80,7 +89,7 @@ def padded_pixel(x: float, y: float, view: LabelView) -> Any:
 
 
 @lean
-def project(x: float, y: float, z: float, view: LabelView) -> tuple[float, float]:
+def project(x: float, y: float, z: float, view: LabelView | Lens) -> tuple[float, float]:
     """Pixel of one point in the camera's frame."""
     u, v = _pinhole(x, y, z, view.K, view.d, view.bent, view.fold)
     return u, v

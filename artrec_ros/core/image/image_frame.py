@@ -57,14 +57,8 @@ class ImageFrame:
 
     @cached_property
     def view(self) -> LabelView:
-        """What compiled code needs of the labels and the camera.
-
-        The camera's arrays are copied: those of one that came from another process may be written to, and compiled code
-        would take them for another kind.
-        """
-        camera = self.camera
-        K, d = np.array(camera.matrix), np.array(camera.rational)
-        return LabelView(self.field.padded, *self.size, K, d, camera.bent, camera.fold)
+        """What compiled code needs of the labels and the camera."""
+        return LabelView(self.field.padded, *self.size, *self.camera.lens)
 
     def without(self, solids: Sequence[NDArray[np.float32]], *, nearer: bool = False) -> ImageFrame:
         """The same frame with the pixels in convex hulls of points (n, 2) owned by somebody: see `LabelField`."""

@@ -17,14 +17,13 @@ from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.spread import spread, turns_at
 from ..geometry.transforms import Array, rotation_from_rotvec, short_way
+from .middles_kernels import Wanted, go_through
+from .pose_fit import joints_of
 from .poses import Poses
 from .surface_kernels import LEAST_DEPTH_M
 from .surface_model import SpatialModel
 
-_STEPS, _DIFFERENCE = 14, 1e-4  # of a fit; for derivatives, in radians or shares of the depth
-_BEYOND, _WEAK = 20.0, 0.1  # what a joint beyond its limits costs, of a radian, and one at its limit
 _ALIKE = 0.1  # radians, or units of joints: fits that are nearer to each other come to rest at one pose
-_DAMPED, _LESS, _MORE = 1e-2, 0.3, 4.0  # Marquardt: at first, and how it changes after steps that help or do not
 
 
 class Middles(NamedTuple):
@@ -45,9 +44,7 @@ class ThroughMiddles:
         self._surface, self._kin, self._config = surface, surface.kinematics, config.middles
         self._free = np.ones(6 + self._kin.n_joints, bool)
         self._free[3:5] = not facing
-        self._differences = _DIFFERENCE * np.eye(len(self._free))[self._free]
-        self._turned = rotation_from_rotvec(self._differences[:, 3:6])
-        self._facing = facing
+        self._facing, self._joints = facing, joints_of(self._kin)
         self._middle, self._area = surface.sides.blobs
 
     def of(self, camera: Camera, pose: Poses, middles: Middles) -> Poses:
@@ -56,21 +53,19 @@ class ThroughMiddles:
 
     def begun(self, camera: Camera, poses: Poses, middles: Middles) -> Poses:
         """The same begun from some poses alone, which are about right."""
-        residual, damped = self._residuals(camera, poses, middles), np.full(len(poses), _DAMPED)
-        cost = (residual**2).sum(axis=1)
-        for _ in range(_STEPS):
-            moved = self._stepped(camera, poses, middles, residual, damped)
-            there = self._residuals(camera, moved, middles)
-            less = (there**2).sum(axis=1)
-            better = less < cost
-            poses = Poses(
-                np.where(better[:, None, None], moved.R, poses.R),
-                np.where(better[:, None], moved.t, poses.t),
-                np.where(better[:, None], moved.q, poses.q),
-            )
-            residual = np.where(better[:, None], there, residual)
-            cost, damped = np.minimum(cost, less), damped * np.where(better, _LESS, _MORE)
-        poses = Poses(poses.R, poses.t, self._kin.bound(poses.q))
+        c, patches = self._config, middles.patches
+        wanted = Wanted(
+            self._surface.component[patches],
+            self._middle[patches],
+            np.array(middles.at, float),
+            np.array(middles.scale, float),
+            float(c.place_px),
+            float(c.size_share),
+            camera.focal_px,
+        )
+        R, t, q, cost = poses.R.copy(), poses.t.copy(), poses.q.copy(), np.empty(len(poses))
+        go_through(wanted, self._kin.chain, self._joints, camera.lens, self._free, R, t, q, cost)
+        poses = Poses(R, t, self._kin.bound(q))
         order = np.argsort(cost, kind="stable")
         through = order[self._is_through(camera, poses, middles)[order]]
         return poses[self._distinct(poses, through)]
@@ -122,36 +117,3 @@ class ThroughMiddles:
         length = float(np.linalg.norm(axis))
         axis = axis / length if length > 1e-9 else np.array([1.0, 0.0, 0.0])
         return np.asarray(rotation_from_rotvec(np.arccos(cosine) * axis) @ R)
-
-    def _stepped(self, camera: Camera, poses: Poses, middles: Middles, residual: Array, damped: Array) -> Poses:
-        """One step of each (Levenberg and Marquardt), with derivatives by differences. :param residual: of these."""
-        free, H = np.flatnonzero(self._free), len(poses)
-        each, turned = (np.repeat(values, H, axis=0) for values in (self._differences, self._turned))
-        moved = self._moved(poses[np.tile(np.arange(H), len(free))], each, turned)
-        changed = self._residuals(camera, moved, middles).reshape(len(free), H, -1)
-        J = np.moveaxis(changed - residual, 0, 2) / _DIFFERENCE
-        A = J.swapaxes(1, 2) @ J
-        diagonal = np.einsum("hkk->hk", A)
-        A = A + np.eye(len(free)) * (damped[:, None] * diagonal + 1e-6)[:, None, :]
-        step = np.zeros((H, len(self._free)))
-        step[:, free] = -np.linalg.solve(A, (J.swapaxes(1, 2) @ residual[..., None]))[..., 0]
-        step = np.clip(step, -1, 1)
-        return self._moved(poses, step, rotation_from_rotvec(step[:, 3:6]))
-
-    def _moved(self, poses: Poses, step: Array, turned: Array) -> Poses:
-        """:param step: (H, 6+J) shares of the depth along the camera's axes, turns about them, units of joints.
-        :param turned: (H, 3, 3) these turns."""
-        depth = np.maximum(poses.t[:, 2:], LEAST_DEPTH_M)
-        q = poses.q + step[:, 6:] * self._kin.unit
-        return Poses(turned @ poses.R, poses.t + depth * step[:, :3], np.ascontiguousarray(q))
-
-    def _residuals(self, camera: Camera, poses: Poses, middles: Middles) -> Array:
-        """(H, 3 n + J) in deviations: places, sizes, joints beyond their limits or far from the middle between them."""
-        kin, c, at = self._kin, self._config, self.places(poses, middles.patches)
-        off = (project(camera, at) - middles.at) / c.place_px
-        size = np.log(camera.focal_px / at[..., 2] / middles.scale) / c.size_share
-        most = np.maximum((kin.upper - kin.lower) / 2, 1e-9)
-        beyond = np.where(kin.endless, 0.0, np.maximum(np.abs(poses.q - kin.middle) - most, 0.0) / kin.unit)
-        prior = np.where(kin.endless, 0.0, (poses.q - kin.middle) / most)
-        joints = _BEYOND * beyond + _WEAK * prior
-        return np.concatenate([off.reshape(len(poses), -1), size, joints], axis=1)

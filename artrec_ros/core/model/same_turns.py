@@ -25,7 +25,7 @@ _ONE_WAY = 0.95  # cosine: normals that are the same
 _ALIKE = 0.1  # logarithm of sizes that differ by less are the same
 _NEAR = 6.0  # times what nobody sees: between two steps of a joint
 _STEP_RAD = 0.1  # of joints; of what slides, as much of its size
-_ROUND_RAD = np.radians(31)
+ROUND_RAD = np.radians(31)  # what looks the same after so small a turn does after any other, too
 _MOST_TRIED = 8_000  # placements: what takes more, as many like parts on one axle, is not called the same
 _NOWHERE = 1e9  # a misfit that is a number, and none
 _LOOKS, _SEED = 3, 4  # values of all joints that must agree
@@ -49,7 +49,7 @@ class SameTurn(NamedTuple):
     @property
     def is_round(self) -> bool:
         """Whether it is so small that others between them look the same, too."""
-        return self.angle_rad < _ROUND_RAD
+        return self.angle_rad < ROUND_RAD
 
 
 def same_turns(model: ObjectModel) -> list[SameTurn]:

@@ -14,6 +14,7 @@ from ..model.objects import ObjectModel
 from .bends import Bends
 from .distinct import best_distinct
 from .poses import Poses
+from .same_sides import unlike_markers
 from .solid_views import solids_of
 from .surface_model import SpatialModel
 from .view_bank import ViewBank
@@ -44,7 +45,7 @@ class Guesser:
         self._all, self._config, self._search = config, config.guesses, config.search
         part, labels = model.components[component], surface.labels[component]
         self.labels, self._none = labels, surface.no_poses
-        self._markers = part.markers
+        self._markers = [part.markers[n] for n in unlike_markers(surface, component)]
         inside = surface.table[surface.roles.inside(labels)]
         body = part.body_labels
         ring = surface.table[surface.roles.ring(labels, body)]

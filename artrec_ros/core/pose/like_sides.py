@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array, Pose
+from ..model.same_turns import ROUND_RAD
 from .layout import Layout, Placed, moves_onto, placed_markers
 from .lookalikes import turns_on
 from .poses import Poses
@@ -116,10 +117,13 @@ def _sides(every: list[Placed]) -> Iterator[_Side]:
         R, t = moves_onto(mine, there, turns)
         each = layout.alike(R, t)
         on: NDArray[np.bool_] = np.asarray(each.any(axis=1))
+        same = on.all(axis=1)  # to the eye
+        if same.sum() * ROUND_RAD > 2 * np.pi:  # as a cylinder: turned by less than one of its flat sides it does, too
+            continue
         seen = normals @ there.whole.rotation[:, 2] > _IN_VIEW
         on_it = on & seen
         is_side = on_it.sum(axis=1) >= max(_SHARE * seen.sum(), min(2, seen.sum()))
-        for n in np.flatnonzero(is_side & ~on.all(axis=1)).tolist():  # all on all: the same to the eye
+        for n in np.flatnonzero(is_side & ~same).tolist():
             matrix = np.column_stack([R[n], t[n]])
             if _is_one_of(kept, matrix, size):
                 continue

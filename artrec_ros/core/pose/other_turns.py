@@ -54,11 +54,25 @@ def likelier_turns(
         mine = np.flatnonzero(of == h)
         rivals = np.concatenate([[h], len(poses) + mine])  # it itself is as likely as it is
         worth = np.concatenate([[0.0], log_odds[mine]])
-        first, second = np.argsort(-worth, kind="stable")[:2].tolist()
+        first = int(np.argmax(worth))
+        rest = np.flatnonzero(_look_otherwise(finder, both[rivals[first : first + 1]], both[rivals]))
+        if not len(rest):
+            continue
+        second = int(rest[np.argmax(worth[rest])])
         rows[h], probability = rivals[first], float(1 / (1 + np.exp(worth[first] - worth[second])))
         other = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
         others[h] = other and replace(other, sides=_other_sides_share(worth, np.append(False, is_side[mine]), first))
     return both[rows], others
+
+
+def _look_otherwise(finder: WholeObjectFinder, told: Poses, others: Poses) -> NDArray[np.bool_]:
+    """(H,) which of some rivals of a pose are others to the eye: rivals of a pose that was told before may be one. What
+    is a solid alone may be turned by what leaves it as it looks."""
+    same, niche = np.zeros(len(others), int), finder.config.search.niche_rad
+    if finder.tilts and len(finder.target.model.components) == 1:
+        return finder.tilts.look_otherwise(told[same], others, niche)
+    turned = (np.einsum("ij,hij->h", told.R[0], others.R) - 1) / 2 < np.cos(niche)
+    return np.asarray(turned | ~finder.required.is_at(others, told[same]))
 
 
 def _other_sides_share(worth: Array, is_side: NDArray[np.bool_], told: int) -> float:

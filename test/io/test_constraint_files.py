@@ -85,6 +85,9 @@ def test_classes_and_axes_come_back(tmp_path: Path, everything: ConstraintSet) -
     assert "# classes:" in text and "# axes:" in text
 
 
+ALLOWED = ("pairs[0] (base/flag - arm/flag): allowed: ",)
+
+
 def save_changed(folder: Path, constraints: ConstraintSet, place: str, value: Any) -> Path:
     """A file of constraints with one value changed."""
     path = folder / "c.yaml"
@@ -106,7 +109,9 @@ def assert_refused(path: Path, model: ObjectModel, parts: tuple[str, ...]) -> No
         ("classes/0/name", None, ("classes[0]", "name")),
         ("classes/1/name", "still", ("name of its own",)),
         ("classes/1/joints", {"amr": {}}, ("'amr'", "'arm'")),
-        ("classes/1/joints/arm/allowed", [1, 0], ("arm.allowed", "above")),
+        ("classes/1/joints/arm/allowed", [1, 0], ("joints: arm: allowed: [1, 0]", "from low to high")),
+        ("classes/1/joints/arm/seen", [90, 120, 6.283185], ("joints: arm: seen: [90, 120]", "radians")),
+        ("classes/0/pairs/0/allowed/distance_m", [-5, -1], ("classes[0] (still): pairs[0] (", "0 or more")),
         ("classes/0/pairs/0/first", "bse/flag", ("bse/flag", "'base/flag'")),
         ("axes/0/marker", "arm/flg", ("arm/flg", "'arm/flag'")),
         ("axes/0/shift_m", [1], ("shift_m", "[x, y]")),
@@ -136,10 +141,15 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: Co
         ("pairs/0/seen", None, ("pairs[0].seen", "missing")),
         ("pairs/0/alowed", {}, ("pairs[0].alowed", "'allowed'")),
         ("pairs/0/allowed/turn", [0, 1], ("pairs[0].allowed.turn", "turn_rad")),
-        ("pairs/0/allowed/turn_rad", [1, 0], ("pairs[0].allowed.turn_rad", "above")),
-        ("pairs/0/allowed/turn_rad", [0, 1, 7], ("pairs[0].allowed.turn_rad", "period")),
+        ("pairs/0/allowed/turn_rad", [1, 0], (*ALLOWED, "turn_rad: [1, 0]", "from low to high")),
+        ("pairs/0/allowed/turn_rad", [0, 1, 7], (*ALLOWED, "turn_rad: its period 7")),
+        ("pairs/0/allowed/turn_rad", [90, 91], (*ALLOWED, "turn_rad: [90, 91]", "radians: low lies between")),
+        ("pairs/0/allowed/bearing_rad", [-3, 3.5], (*ALLOWED, "bearing_rad: [-3, 3.5]", "at most one turn")),
+        ("pairs/0/allowed/distance_m", [-5, -1], (*ALLOWED, "distance_m: [-5, -1]", "distances are 0 or more")),
+        ("pairs/0/seen/distance_px", [-5, -1], ("seen: distance_px: [-5, -1]", "distances are 0 or more")),
+        ("pairs/0/allowed/scale_ratio", [0, 0], (*ALLOWED, "scale_ratio: [0, 0]", "ratios are above 0")),
         ("pairs/0/allowed/distance_m", [-1e308, 1e308], ("pairs[0].allowed.distance_m[0]", "least value -1e+06")),
-        ("pairs/0/allowed/scale_ratio", [1, 1, 1], ("pairs[0].allowed.scale_ratio", "[low, high]")),
+        ("pairs/0/allowed/scale_ratio", [1, 1, 1], (*ALLOWED, "scale_ratio: [1, 1, 1]", "[low, high]")),
         ("pairs/0/allowed/scale_ratio", [1, "x"], ("pairs[0].allowed.scale_ratio[1]", "number")),
     ],
 )
@@ -147,6 +157,12 @@ def test_mistakes_are_refused_by_their_key(
     tmp_path: Path, constraints: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
     assert_refused(save_changed(tmp_path, constraints, change, value), MODEL, parts)
+
+
+def test_ends_that_pairs_can_meet_are_taken(tmp_path: Path, constraints: ConstraintSet) -> None:
+    """Margins of learned boxes reach below 0, and angles that are told from 0 to a turn."""
+    for dimension, ends in (("distance_m", [-0.1, 0]), ("scale_ratio", [-0.2, 1.9]), ("turn_rad", [0, 6.283186])):
+        load_constraints(save_changed(tmp_path, constraints, f"pairs/0/allowed/{dimension}", ends), MODEL)
 
 
 def test_a_pair_given_twice_is_refused(tmp_path: Path, constraints: ConstraintSet) -> None:

@@ -6,11 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from ..base.config import LearningConfig
 from ..base.errors import ConfigError
-from .intervals import Interval
+from .intervals import Interval, interval_from_list
 from .pairs import PairConstraint, pair_from_dict, pair_to_dict
 
 # below which no image resolves a range of a joint: radians, or shares of a sliding joint's
@@ -77,12 +75,7 @@ def _ends(interval: Interval) -> list[float]:
 
 def _joint_from_dict(row: Any, where: str) -> JointRange:
     try:
-        spans = []
-        for key in ("allowed", "seen"):
-            low, high, *period = (float(v) for v in row[key])
-            if len(period) > 1 or not (np.isfinite([low, high, *period]).all() and low <= high):
-                raise ValueError(f"{key} must be [low, high] or [low, high, period]")
-            spans.append(Interval(low, high, *period))
+        spans = [interval_from_list(row[key], f"{where}: {key}") for key in ("allowed", "seen")]
         return JointRange(int(row["examples"]), *spans)
     except (KeyError, TypeError, ValueError) as error:
         raise ConfigError(f"{where}: needs examples, allowed and seen: {error!r}") from error

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
+
+_TURN = 2 * np.pi
+_ROUNDED = 1e-5  # files hold six decimals of each end
 
 
 @dataclass(frozen=True)
@@ -44,6 +49,28 @@ class Interval:
         widest = int(np.argmax(gaps))
         low = float(v[(widest + 1) % len(v)])
         return cls(low, low + period - float(gaps[widest]), period)
+
+
+def interval_from_list(ends: Sequence[float], where: str, period: float = 0.0) -> Interval:
+    """Of [low, high], or [low, high, period] of an angle. Raises `ConfigError` naming `where`.
+
+    :param period: of an angle that names none; 0: it is an angle only where it names one.
+    """
+    if len(ends) not in (2, 3):
+        raise ConfigError(f"{where}: {list(ends)} must be [low, high], or [low, high, period] of an angle")
+    low, high, period = (*map(float, ends), period)[:3]
+    if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+        raise ConfigError(f"{where}: [{low:g}, {high:g}] must run from low to high (an angle may pass pi)")
+    if len(ends) == 3:
+        order = _TURN / max(period, 1e-6)
+        if not (order > 0.99 and abs(order - round(order)) < 0.01):
+            raise ConfigError(f"{where}: its period {period:g} must be 2 pi over a whole number")
+    if period and (abs(low) > _TURN + _ROUNDED or high - low > _TURN + _ROUNDED):
+        raise ConfigError(
+            f"{where}: [{low:g}, {high:g}] is no range of an angle in radians: low lies between -2 pi and 2 pi, "
+            "high at most one turn, 2 pi, above it"
+        )
+    return Interval(low, high, period)
 
 
 def expected_coverage(examples: int, margin: float = 0.0) -> float:

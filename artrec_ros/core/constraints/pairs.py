@@ -21,7 +21,7 @@ import numpy as np
 from ..base.config import LearningConfig
 from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
-from .intervals import Interval, expected_coverage
+from .intervals import Interval, expected_coverage, interval_from_list
 
 Key = tuple[str, str]  # (component, marker)
 
@@ -99,7 +99,7 @@ def pair_from_dict(row: Any, where: str) -> PairConstraint:
     try:
         first, second = (key_from_text(str(row[k])) for k in ("first", "second"))
         where = f"{where} ({row['first']} - {row['second']})"
-        boxes = [{d: _interval(d, v, where) for d, v in row[k].items()} for k in ("allowed", "seen")]
+        boxes = [{d: _interval(d, v, f"{where}: {k}") for d, v in row[k].items()} for k in ("allowed", "seen")]
         return PairConstraint(first, second, int(row["examples"]), *boxes)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
@@ -116,17 +116,17 @@ def key_from_text(text: str) -> Key:
 def _interval(dimension: str, ends: Any, where: str) -> Interval:
     if dimension not in DIMENSIONS:
         raise ConfigError(f"{where}: '{dimension}' is none of {', '.join(DIMENSIONS)}")
-    period = 2 * np.pi if dimension in ANGLES else 0.0
-    if len(ends) == 3 and period:
-        order, period = 2 * np.pi / max(float(ends[2]), 1e-6), float(ends[2])
-        if not (order > 0.99 and abs(order - round(order)) < 0.01):
-            raise ConfigError(f"{where}: {dimension}: its period {period:g} must be 2 pi over a whole number")
-    elif len(ends) != 2:
-        raise ConfigError(f"{where}: {dimension}: {list(ends)} must be [low, high]")
-    low, high = float(ends[0]), float(ends[1])
-    if not (np.isfinite(low) and np.isfinite(high) and low <= high):
-        raise ConfigError(f"{where}: {dimension}: [{low}, {high}] must run from low to high (an angle may pass pi)")
-    return Interval(low, high, period)
+    where = f"{where}: {dimension}"
+    if dimension in ANGLES:
+        return interval_from_list(ends, where, 2 * np.pi)
+    if len(ends) != 2:
+        raise ConfigError(f"{where}: {list(ends)} must be [low, high]")
+    interval = interval_from_list(ends, where)
+    if dimension.startswith("distance_") and interval.high < 0:
+        raise ConfigError(f"{where}: {list(ends)} holds for no pair: distances are 0 or more, so high must be, too")
+    if dimension == "scale_ratio" and interval.high <= 0:
+        raise ConfigError(f"{where}: {list(ends)} holds for no pair: ratios are above 0, so high must be, too")
+    return interval
 
 
 def configuration(first: Any, second: Any) -> dict[str, Array]:

@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..core.base.errors import ArtrecError, SourceError
 from ..io.bags.reader import STORAGES, Bag, RawMessage, Topic
+from ..io.bags.topics import INFO_TYPE
 from ..io.base.bars import bar, say
 from ..io.sources.frames import once
+from ..io.sources.look_ahead import AHEAD_NS, own_first
 from .main import MISSING
 
 if TYPE_CHECKING:
@@ -102,15 +104,21 @@ def _played(bag: Bag, topics: list[Topic], names: dict[str, str], args: argparse
 
 
 def _messages(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> Iterator[RawMessage]:
-    """What is to be sent, in the order of recording."""
+    """What is to be sent, in the order of recording; where images are answered one by one, each behind its own
+    calibration, which is no longer waited for then."""
     names = {t.name for t in topics}
     start_ns = bag.start_ns + round(args.start_offset * 1e9)
     stop_ns = None if args.playback_duration is None else start_ns + round(args.playback_duration * 1e9)
-    if args.wait_for:  # images may come before the first calibration, which holds for them just as well
-        for topic in (t.name for t in topics if t.msgtype.endswith("/CameraInfo")):
-            yield from (m._replace(log_ns=start_ns) for m in itertools.islice(bag.messages([topic]), 1))
     # without bounds, where all is sent: so all is counted
-    yield from bag.messages(names, start_ns if args.start_offset else None, stop_ns)
+    messages = bag.messages(names, start_ns if args.start_offset else None, stop_ns)
+    if not args.wait_for:
+        yield from messages
+        return
+    calibrations = [t.name for t in topics if t.msgtype == INFO_TYPE]
+    for topic in calibrations:  # images may come before the first one, which holds for them just as well
+        yield from (m._replace(log_ns=start_ns) for m in itertools.islice(bag.messages([topic]), 1))
+    stop_ns = None if stop_ns is None else stop_ns + AHEAD_NS
+    yield from own_first(messages, bag.messages(calibrations, max(0, start_ns - AHEAD_NS), stop_ns))
 
 
 def _why_nothing(bag: Bag, topics: list[Topic], args: argparse.Namespace) -> str:

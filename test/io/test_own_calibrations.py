@@ -9,7 +9,9 @@ import pytest
 
 from artrec_ros.io.bags.heads import head_of
 from artrec_ros.io.bags.infos import Info, Infos
+from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.bags.recovery import RawMessage
+from artrec_ros.io.sources.look_ahead import own_first
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 STEP_NS = 33_333_333
@@ -92,6 +94,22 @@ def test_another_cameras_is_used_and_told_once(tmp_path, ros2, pictures, write_r
     for frames in (("left", ""), ("", "right")):
         path = write_rosbag2(tmp_path / "_".join(frames), script(ros2, pictures(1, SIZE[::-1])[0], 5, frames))
         assert focals(path) == (FOCALS, []), "nobody says that it is another's"
+
+
+@pytest.mark.parametrize("late_ns", [-(2 * 10**8), -1, 1, 5 * 10**6, 4 * 10**8])
+def test_an_image_that_is_answered_before_the_next_is_sent_goes_behind_its_own(
+    tmp_path, ros2, pictures, write_rosbag2, late_ns
+):
+    path = write_rosbag2(tmp_path / "bag", script(ros2, pictures(1, SIZE[::-1])[0], late_ns))
+    with Bag(path) as bag:
+        recorded = list(bag.messages(bag.topics))
+        sent = list(own_first(recorded, bag.messages(["/cam/camera_info"])))
+        for i, _ in enumerate(FOCALS):
+            one, other = (n for n, m in enumerate(sent) if head_of(m, False).stamp_ns == stamp_of(i))
+            assert "info" in sent[one].topic and sent[other].topic == "/cam/image", "and none is sent twice"
+        times = [m.log_ns for m in sent]
+        assert times == sorted(times), "clocks do not go back"
+        assert sorted(m.data for m in sent) == sorted(m.data for m in recorded)
 
 
 @pytest.mark.parametrize("generation", ["ros1", "ros2"])

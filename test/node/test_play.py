@@ -26,6 +26,7 @@ from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.parameters.parameter_file import Setup
 from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.node.conversions import message_class
+from artrec_ros.node.play import _messages
 from artrec_ros.node.player import Player
 from artrec_ros.tools.main import main as artrec
 
@@ -185,6 +186,21 @@ def test_calibrations_that_tell_the_same_are_not_waited_for_again(bag: Path) -> 
         for message in (info[0]._replace(data=other), info[0]):
             player._send(message)
         assert len(waited) == 3
+
+
+def test_what_is_answered_one_by_one_goes_behind_its_own_calibration(tmp_path: Path) -> None:
+    """In its own time the order is that of recording: a node that is too slow for it is to be seen."""
+    with BagWriter(tmp_path / "bag") as writer:
+        for stamp_ns in (FIRST_NS, FIRST_NS + STEP_NS):
+            writer.write_image("/eye/labels", stamp_ns, toy.CAMERA.frame_id, np.zeros((4, 4), np.uint8))
+            writer.write_camera("/eye/camera_info", stamp_ns, toy.CAMERA)
+    kinds = {}
+    for wait_for in ("toy/poses", None):
+        args = SimpleNamespace(start_offset=0.0, playback_duration=None, wait_for=wait_for)
+        with Bag(tmp_path / "bag") as recorded:
+            sent = _messages(recorded, list(recorded.topics.values()), args)
+            kinds[wait_for] = ["info" if "info" in m.topic else "image" for m in sent]
+    assert kinds == {"toy/poses": ["info", "info", "image", "info", "image"], None: ["image", "info"] * 2}
 
 
 def test_an_image_that_is_not_answered_is_told_while_it_plays(bag: Path) -> None:

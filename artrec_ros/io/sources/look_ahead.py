@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Generic
 
+from ..bags.heads import head_of
 from ..bags.infos import BEST, Content, Info, Infos
 from ..bags.recovery import RawMessage
+from ..bags.topics import IMAGE_TYPES, INFO_TYPE
 
 AHEAD_NS = 10**9  # of recording: drivers send an image and its calibration together, but a recorder is behind at times
 _MOST_HELD = 16  # images: half a second of a camera's; they are in memory
@@ -62,3 +64,31 @@ class LookAhead(Generic[Content]):
             if waits and not first.is_settled:
                 return
             yield self._held.popleft()
+
+
+def own_first(messages: Iterable[RawMessage], infos: Iterable[RawMessage]) -> Iterator[RawMessage]:
+    """Messages of ROS 2 as they were recorded, but each image behind the calibrations of its own stamp.
+
+    :param infos: the calibrations alone, which are read ahead. One that goes before an image has its time of recording.
+    """
+    coming: dict[RawMessage, Info[RawMessage]] = {}  # read ahead, not sent yet
+    sent: set[RawMessage] = set()  # before their time
+    rest = iter(infos)
+    read = next(rest, None)
+    for message in messages:
+        while read is not None and read.log_ns <= message.log_ns + AHEAD_NS:
+            head = head_of(read, ros1=False)
+            coming[read] = Info(head.stamp_ns, head.frame_id, read)
+            read = next(rest, None)
+        if message.msgtype == INFO_TYPE:
+            coming.pop(message, None)
+            if message in sent:
+                sent.remove(message)
+                continue
+        elif message.msgtype in IMAGE_TYPES:
+            head = head_of(message, ros1=False)
+            for info in [i.content for i in coming.values() if i.rank(head.stamp_ns, head.frame_id) == BEST]:
+                yield info._replace(log_ns=message.log_ns)
+                del coming[info]
+                sent.add(info)
+        yield message

@@ -64,6 +64,11 @@ def get_ready(parts: Collection[str], told: Told = lambda share: None) -> None:
         _ready.update(new)
 
 
+def is_kept() -> bool:
+    """Whether other processes of this machine find all that this one has, and need not compile it anew."""
+    return bool(kernel_cache.switched_off()) or all(kernel_cache.is_noted(part) for part in _ready)
+
+
 def compiling() -> str:
     """What is being done while `Told` is called, as users read it."""
     return f"compiling, {'at every start' if kernel_cache.problem() else 'once on a machine'}"

@@ -240,6 +240,9 @@ def test_where_nothing_can_be_kept_it_is_told_how_far_it_is_from_the_first_momen
     time.sleep(3 * warm_up._LOOK_S)
     assert len(told) == count, "nothing more when it is done"
     assert warm_up.compiling() == "compiling, at every start"
+    assert not warm_up.is_kept(), "another process would begin anew"
+    (tmp_path / "space.ready").touch()
+    assert warm_up.is_kept()
 
 
 def test_a_process_whose_results_cannot_be_kept_ends_and_says_why():

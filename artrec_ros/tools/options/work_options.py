@@ -10,7 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from ...core.warm_up import is_kept
 from ...io.bags.reader import STORAGES
+from ...io.base.bars import say
 from ...io.images.cameras import load_camera
 from ...io.parameters.parameter_file import Setup
 from ...io.sources.bag_source import BagSource
@@ -54,11 +56,15 @@ def add_worker_options(p: argparse.ArgumentParser) -> None:
 
 
 def engine_of(args: argparse.Namespace) -> Engine:
-    """Where the options say that work is done."""
+    """Where the options say that work is done. Ask once code is ready: where it cannot be kept, workers would be at
+    the compiler for longer than at most work, and without a word."""
     if args.scheduler:
         from ..replaying.cluster import ClusterEngine
 
         return ClusterEngine(args.scheduler)
+    if args.jobs > 1 and not is_kept():
+        say(f"warning: no {args.jobs} workers: each would compile anew what cannot be kept; this process works alone")
+        return InlineEngine()
     return InlineEngine() if args.jobs == 1 else ProcessEngine(args.jobs)
 
 

@@ -92,7 +92,10 @@ class LiveImages:
         times = [received_ns for _, received_ns in held[-_RATED:]]
         rate = f"{(len(times) - 1) * 1e9 / (times[-1] - times[0]):.0f} Hz" if times[-1] > times[0] else "images come"
         problem = self._inputs.uncalibrated(self._calibrations.problem)
-        return f"{self.topic}: {rate}, {'calibrated' if not problem else f'without calibration ({problem})'}"
+        if problem:
+            return f"{self.topic}: {rate}, without calibration ({problem})"
+        doubt = self._calibrations.doubt
+        return f"{self.topic}: {rate}, calibrated{f', in doubt: {doubt}' if doubt else ''}"
 
     def wait(self, patience_s: float) -> None:
         """Until there is an image. :raises SourceError: none comes in time, and why."""

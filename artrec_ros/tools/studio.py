@@ -71,6 +71,8 @@ def run(args: argparse.Namespace) -> int:
     _tell_what_is_there(args)
     with held(args.output), contextlib.closing(Ros()) as ros:
         session = Session(_stills(args, setup, ros), args.output, given, setup)
+        for line in session.stills.problems:
+            say(line)
         examples = Examples(session, args.annotations)
         for line in examples.misfits:
             say(f"warning: {line}")

@@ -99,6 +99,21 @@ def test_the_calibration_beside_the_topic_holds() -> None:
         assert peer.node.count_subscribers("/camera/camera_info") == 0
 
 
+def test_doubts_about_the_calibration_are_told() -> None:
+    image, of_right = _mono(np.zeros(toy.SIZE[::-1], np.uint8)), toy.camera_info()
+    of_right.header.frame_id = "right"
+    with Peer("image_raw", namespace="camera") as peer, listening() as live:
+        send_until(peer, live, image)
+
+        def is_used() -> bool:
+            peer._infos.publish(of_right)
+            return live.frame(live.held()[-1]).camera is not None
+
+        assert wait_until(is_used, lambda: time.sleep(0.1))
+        send_until(peer, live, image)
+        assert "calibrated, in doubt: camera_info is of frame 'right', images are of 'eye'" in live.state()
+
+
 def test_a_latched_calibration_is_heard_beside_a_publisher_that_is_not() -> None:
     with Peer("image_raw", namespace="camera") as peer:
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)

@@ -8,6 +8,8 @@ from typing import Any
 from ..studio_state.session import Session
 from .kit import Busy, ui
 
+_WARNED_S = 1.0  # between looks at what there is to be warned of
+
 
 class Board:
     """:ivar number: the frame that is looked at. :ivar shown: the tab that is."""
@@ -37,6 +39,17 @@ class Board:
             )
             self._name = ui.label().classes("text-sm").props("data-name=frame")
         self._tell()
+
+    def warnings(self) -> None:
+        """A line below, where there is one to tell."""
+        label = ui.label().classes("w-full text-xs").props("data-name=warnings")
+
+        def tell() -> None:
+            label.set_text("; ".join(f"warning: {line}" for line in self.session.warnings))
+            label.set_visibility(bool(label.text))
+
+        tell()
+        ui.timer(_WARNED_S, tell)
 
     def step(self, by: int) -> Any:
         return self.go(self.number + by)

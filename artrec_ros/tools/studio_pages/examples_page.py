@@ -122,15 +122,12 @@ class ExamplesPage:
 
     async def _propose(self) -> None:
         number = self._board.number
-        result: FrameResult | None = await self._board.busy.work("recognising", self._recognise, number)
+        result: FrameResult | None = await self._board.busy.work("recognising", self._session.recognise, number)
         if result is not None and number == self._board.number:
             count = self._marking.propose(result)
             found = f"{len(result.detections)} found in {result.timing_ms['total']:.0f} ms"
             ui.notify(f"{found}, {count} of them not marked yet")
             self._redraw()
-
-    def _recognise(self, number: int) -> FrameResult:
-        return self._session.recognise(number, told=self._board.busy.told)
 
     async def _rank(self) -> None:
         found = await self._board.busy.work("looking at all frames", self._ranked)

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ...core.base.errors import ArtrecError, one_line
 from ...core.geometry.transforms import Array
+from ...core.warm_up import compiling
 
 try:
     from nicegui import binding, run, ui
@@ -212,7 +213,9 @@ def guarded(handler: Callable[..., Any]) -> Callable[..., Any]:
 class Busy:
     """Work in a thread, one after the other, with a line in the page's header that says what, and for how long."""
 
-    def __init__(self) -> None:
+    def __init__(self, compiled: Callable[[], float | None]) -> None:
+        """:param compiled: the share of the code that is, while something waits for the rest; None: nothing does."""
+        self._compiled = compiled
         self._what, self._since, self._share = "", 0.0, 0.0
         self._one, self._waiting = asyncio.Lock(), 0
         with ui.row().classes("items-center no-wrap gap-2"):
@@ -266,7 +269,10 @@ class Busy:
             raise asyncio.CancelledError
 
     def _tell(self) -> None:
-        seconds = time.monotonic() - self._since
-        self._spinner.set_visibility(self.at_work and seconds > _SLOW_S)
-        share = f" {self._share:.0%}" if self._share else ""
-        self._label.set_text(f"{self._what}{share} … {seconds:.0f} s" if self.at_work and seconds > _SLOW_S else "")
+        seconds, compiled, told = time.monotonic() - self._since, self._compiled(), list[str]()
+        if self.at_work and seconds > _SLOW_S:
+            told += [f"{self._what}{f' {self._share:.0%}' if self._share else ''} … {seconds:.0f} s"]
+        if compiled is not None:  # for this window, another one, or what is learned meanwhile
+            told += [f"getting ready, {compiled:.0%}: {compiling()}"]
+        self._spinner.set_visibility(bool(told))
+        self._label.set_text("; ".join(told))

@@ -81,9 +81,10 @@ def _page(opened: Opened) -> None:
     ui.add_head_html(HEAD)
     with ui.header().classes("items-center py-1 gap-4"):
         ui.label("artrec studio").classes("font-bold")
-        board = Board(session, Busy())
+        board = Board(session, Busy(lambda: session.compiled))
         board.bar()
         ui.label(str(session.folder)).classes("text-xs opacity-80").tooltip("what is made here is written there")
+        board.warnings()
     with ui.tabs(on_change=lambda e: board.show(str(e.value))).props("dense align=left no-caps") as tabs:
         for name in shown:
             ui.tab(name).props(f"data-name=tab-{name.lower()}")

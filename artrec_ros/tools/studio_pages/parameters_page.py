@@ -163,7 +163,7 @@ class ParametersPage:
         self._changed.set_text(f"tried: {told}" if told else "nothing is changed")
         self._unread.set_text("; ".join(self._settings.unread()))
         number = self._board.number
-        both = await self._board.busy.work("recognising", self._settings.both, number, self._board.busy.told)
+        both = await self._board.busy.work("recognising", self._settings.both, number)
         if both is None:
             return
         if number != self._board.number or dict(self._settings.changes) != dict(changes):

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...core.base import kernel_cache
 from ...core.base.config import ImageConfig
 from ...core.drawing import class_picture, draw_result
 from ...core.image.segmentation import Segmenter
 from ...core.model.found import FrameResult
 from ...core.recognizer import Recognizer
-from ...core.warm_up import Told
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import save_file
 from ...io.parameters.parameter_file import Setup, load_parameters, setup_from_flat
@@ -36,12 +36,15 @@ class Session:
 
     :param given: the parameter files as the user named them.
     :param setup: the parameters as they are now, saved in `folder` where they differ from `given`.
+    :ivar compiled: the share of the code that is compiled, while an image waits for the rest; None: none does.
     """
 
     stills: Stills
     folder: Path
     given: tuple[Path, ...]
     setup: Setup
+    compiled: float | None = None
+    _warned: str = ""
     _results: dict[tuple[str, int], FrameResult] = field(default_factory=dict)
     _recognizers: dict[str, Recognizer] = field(default_factory=dict)
     _lock: threading.RLock = field(default_factory=threading.RLock)
@@ -54,6 +57,11 @@ class Session:
     @property
     def names(self) -> list[str]:
         return [t.name for t in self.setup.targets]
+
+    @property
+    def warnings(self) -> list[str]:
+        """Lines about what all that is found here suffers from: doubts about the calibration, and the compiler."""
+        return [*self.stills.problems, *filter(None, [self._warned])]
 
     def keep(self, changes: Mapping[str, Any]) -> None:
         """Changes parameters (flat name -> value) and writes the file.
@@ -73,18 +81,18 @@ class Session:
         self.setup = load_parameters(self.parameters)  # files that it names may be others now
         self.forget()
 
-    def recognise(self, number: int, setup: Setup | None = None, told: Told = lambda share: None) -> FrameResult:
+    def recognise(self, number: int, setup: Setup | None = None) -> FrameResult:
         """What is found in a frame; with other parameters than the session's, where given.
 
-        :param told: called with the share of the code that is compiled, where that has to be done first.
         :raises ArtrecError: the image cannot be used.
         """
         setup = setup or self.setup
         key = setup.to_yaml()
         with self._lock:
             if (key, number) not in self._results:
-                recognizer = self._recognizer(key, setup, told)
-                result = recognizer.recognize(self.stills.image(number), self.stills.camera_of(number))
+                camera = self.stills.camera_of(number)
+                recognizer = self._recognizer(key, setup, camera is not None)
+                result = recognizer.recognize(self.stills.image(number), camera)
                 while len(self._results) >= _KEPT:
                     self._results.pop(next(iter(self._results)))
                 self._results[key, number] = result
@@ -107,13 +115,24 @@ class Session:
         with self._lock:
             return {n: self._results[key, n] for n in numbers if (key, n) in self._results}
 
-    def _recognizer(self, key: str, setup: Setup, told: Told) -> Recognizer:
-        if key not in self._recognizers:
-            made = setup.build(calibrated=self.stills.camera is not None, told=told)
-            while len(self._recognizers) >= _RECOGNISERS:
-                self._recognizers.pop(next(iter(self._recognizers)))
-            self._recognizers[key] = made
+    def _recognizer(self, key: str, setup: Setup, calibrated: bool) -> Recognizer:
+        """Ready for an image. Whoever has the compiler begin, it is every window's to tell."""
+        self._warned = self._warned or kernel_cache.switched_off()
+        try:
+            if key not in self._recognizers:
+                made = setup.build(calibrated=calibrated, told=self._compiling)
+                while len(self._recognizers) >= _RECOGNISERS:
+                    self._recognizers.pop(next(iter(self._recognizers)))
+                self._recognizers[key] = made
+            self._recognizers[key].get_ready(calibrated, self._compiling)
+        finally:
+            if self.compiled is not None:  # a full folder may have refused the last of it
+                self._compiling(1.0)
+            self.compiled = None
         return self._recognizers[key]
+
+    def _compiling(self, share: float) -> None:
+        self.compiled, self._warned = share, kernel_cache.problem()
 
     def forget(self) -> None:
         """Files that parameters name have changed: what was found with them is found anew."""

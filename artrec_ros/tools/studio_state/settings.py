@@ -83,10 +83,10 @@ class Settings:
             self._session.keep(self._changes)
         self.reset()
 
-    def both(self, number: int, told: Callable[[float], None]) -> tuple[FrameResult, FrameResult]:
+    def both(self, number: int) -> tuple[FrameResult, FrameResult]:
         """What is found in a frame before and after."""
-        before = self._session.recognise(number, self._session.setup, told)
-        return before, self._session.recognise(number, self.tried, told)
+        before = self._session.recognise(number, self._session.setup)
+        return before, self._session.recognise(number, self.tried)
 
     def scored(self, told: Callable[[float], None]) -> list[str]:
         """How both do on the frames that are marked by hand: the lines of `artrec evaluate`.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -32,14 +32,18 @@ class Stills:
     """Some frames of a source, by their numbers.
 
     :ivar files: each frame's image file. :ivar stamps_ns: their stamps. :ivar camera: the calibration, where known.
+    :ivar problems: lines about the source and its calibration.
     """
 
-    def __init__(self, folder: Path, options: SourceOptions, camera: Camera | None = None) -> None:
+    def __init__(
+        self, folder: Path, options: SourceOptions, camera: Camera | None = None, problems: Sequence[str] = ()
+    ) -> None:
         """:raises SourceError: the folder holds no images."""
         source = FolderSource(folder, options)
         self._folder, self._camera_is_given = folder, options.camera is not None
         self.stamps_ns, self.files = [t for t, _ in source.files], [p for _, p in source.files]
         self.camera = options.camera or camera
+        self.problems = list(problems)
         self._kept: dict[int, Image] = {}
         self._lock = threading.Lock()  # the page looks at frames while they are recognised in a thread
 
@@ -73,15 +77,15 @@ class Stills:
         height, width = self.image(number).shape[:2]
         return self.camera if self.camera is not None and self.camera.size == (width, height) else None
 
-    def drop_unfit_camera(self, told: Told) -> None:
-        """Go without a calibration that is not for images of the first one's size, which is told."""
+    def drop_unfit_camera(self) -> None:
+        """Go without a calibration that is not for images of the first one's size, which is a problem."""
         for number in range(len(self)):
             try:
                 image = self.image(number)
             except ImageError:  # told when it is looked at
                 continue
             whence = "--camera-info" if self._camera_is_given else str(self._folder / CAMERA_FILE)
-            if fitting(self.camera, image, told, whence) is None:
+            if fitting(self.camera, image, self.problems.append, whence) is None:
                 self.camera = None
             return
 
@@ -127,15 +131,15 @@ def live_stills(live: Live, options: SourceOptions, folder: Path, told: Told) ->
             raise SourceError(f"--topic {live.topic}: {frame.error}")
         with _writing(folder):
             _write_frame(frame, folder)
-    return _of_files(folder, options, told)
+    return _of_files(folder, options)
 
 
-def _of_files(folder: Path, options: SourceOptions, told: Told) -> Stills:
+def _of_files(folder: Path, options: SourceOptions, problems: Sequence[str] = ()) -> Stills:
     """Those written before."""
     kept = folder / CAMERA_FILE
     camera = load_camera(kept) if kept.is_file() else None
-    stills = Stills(folder, SourceOptions(camera=options.camera), camera)
-    stills.drop_unfit_camera(told)
+    stills = Stills(folder, SourceOptions(camera=options.camera), camera, problems)
+    stills.drop_unfit_camera()
     return stills
 
 
@@ -153,13 +157,14 @@ def open_stills(source: Path, options: SourceOptions, most: int, folder: Path, t
     """
     if is_folder_of_images(source):
         stills = Stills(source, options)
-        stills.drop_unfit_camera(told)
+        stills.drop_unfit_camera()
         return stills
+    problems = list[str]()
     if not folder.is_dir() or not any(folder.glob("*.png")):
         told(f"writing up to {most} frames of {source} to {folder}")
         with _writing(folder):
-            _write(source, options, most, folder, told)
-    return _of_files(folder, options, told)
+            problems = _write(source, options, most, folder)
+    return _of_files(folder, options, problems)
 
 
 @contextmanager
@@ -171,18 +176,19 @@ def _writing(folder: Path) -> Iterator[None]:
         raise SourceError(f"{folder}: cannot be written: {error.strerror or error}") from error
 
 
-def _write(source: Path, options: SourceOptions, most: int, folder: Path, told: Told) -> None:
-    written = 0
-    with open_sources([source], options) as frames:
+def _write(source: Path, options: SourceOptions, most: int, folder: Path) -> list[str]:
+    """:return: what is wrong with the source."""
+    written, problems = 0, list[str]()
+    with open_sources([source], options, problems.append) as frames:
         every = max(1, -(-frames.count // most))
         for number, frame in enumerate(frames):
             if number % every == 0 and frame.image is not None:
                 _write_frame(frame, folder)
                 written += 1
-        for line in frames.problems:
-            told(line)
+        problems += frames.problems
     if not written:
         raise SourceError(f"{source}: no frame of it can be used")
+    return problems
 
 
 def _write_frame(frame: Frame, folder: Path) -> Path:

@@ -11,6 +11,7 @@ import threading
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from studio_person import BROWSER, Person, studio
@@ -235,6 +236,30 @@ def test_options_that_make_no_sense_are_wrong_usage(
 
 
 @needs_page
+def test_warnings_and_the_compiler_have_a_line_on_each_page() -> None:
+    from nicegui import Client, core
+    from nicegui.page import page
+
+    from artrec_ros.tools.studio_pages.board import Board
+    from artrec_ros.tools.studio_pages.kit import Busy
+
+    session = SimpleNamespace(compiled=0.42, warnings=["/there: full", "camera_info is another camera's"])
+
+    async def look() -> list[str]:
+        core.loop = asyncio.get_running_loop()
+        with Client(page("/"), request=None) as window:
+            busy = Busy(lambda: session.compiled)
+            Board(session, busy).warnings()  # type: ignore[arg-type]
+            busy._tell()
+            return [e.text for e in window.elements.values() if hasattr(e, "text")]
+
+    with ThreadPoolExecutor(1) as aside:  # this thread's loop is the browser's
+        told = aside.submit(asyncio.run, look()).result()
+    assert any(re.match(r"getting ready, 42%: compiling, ", line) for line in told), told
+    assert "warning: /there: full; warning: camera_info is another camera's" in told
+
+
+@needs_page
 @pytest.mark.parametrize("job", ["ends", "fails"])
 def test_work_whose_window_is_closed_meanwhile_ends_quietly(job: str) -> None:
     """What it would say has no page to be said on: NiceGUI raised, and the terminal showed where."""
@@ -255,7 +280,7 @@ def test_work_whose_window_is_closed_meanwhile_ends_quietly(job: str) -> None:
         core.loop = asyncio.get_running_loop()
         window = Client(page("/"), request=None)
         with window:
-            pressed = asyncio.create_task(Busy().work("learning", work))
+            pressed = asyncio.create_task(Busy(lambda: None).work("learning", work))
             await asyncio.sleep(0.1)
             window.delete()
             closed.set()

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from studio_pictures import Pictures
 from studio_sitting import again
 
+from artrec_ros.core import recognizer
+from artrec_ros.core.base import kernel_cache
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.tools.studio_state.examples import Examples
@@ -20,7 +23,7 @@ def test_settings_are_tried_and_kept(pictures: Pictures, taught: Session, tmp_pa
     settings = Settings(session)
     assert "recognizer.min_probability" in settings.specs() and "expert.fit.steps" not in settings.changes
     settings.change("recognizer.min_probability", 0.97)
-    before, after = settings.both(0, lambda share: None)
+    before, after = settings.both(0)
     assert len(after.detections) <= len(before.detections)
     with pytest.raises(ConfigError, match="min_probability"):
         settings.change("recognizer.min_probability", 1.5)
@@ -30,6 +33,25 @@ def test_settings_are_tried_and_kept(pictures: Pictures, taught: Session, tmp_pa
     assert load_parameters(session.parameters).recognizer.min_probability == 0.97
     settings.change("recognizer.min_probability", 0.97)
     assert not settings.changes, "the session's own value is no change"
+
+
+def test_it_is_told_that_an_image_waits_for_the_compiler(
+    pictures: Pictures, taught: Session, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever window or thread it was that asked, and why the next start compiles again."""
+    session = again(taught, tmp_path, pictures)
+    seen: list[object] = []
+
+    def get_ready(parts: object, told: Callable[[float], None]) -> None:
+        told(0.3)
+        seen.append((session.compiled, session.warnings))
+
+    monkeypatch.setattr(recognizer, "get_ready", get_ready)
+    monkeypatch.setattr(kernel_cache, "problem", lambda: "/there: compiled code cannot be written")
+    session.stills.problems.append("camera_info is another camera's")
+    Settings(session).both(0)
+    both = ["camera_info is another camera's", "/there: compiled code cannot be written"]
+    assert seen[0] == (0.3, both) and session.compiled is None and session.warnings == both
 
 
 def test_scores_are_those_of_frames_marked_by_hand(pictures: Pictures, taught: Session, tmp_path: Path) -> None:

@@ -18,6 +18,7 @@ from studio_sitting import again
 
 from artrec_ros.core.base.errors import ArtrecError, ImageError, SourceError
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.images.decoding import read_image
 from artrec_ros.io.sources.frames import Frame
 from artrec_ros.io.sources.opening import SourceOptions
@@ -47,9 +48,23 @@ def test_what_a_bag_lacks_is_told(tmp_path: Path) -> None:
     assert main(simulated) == 0
     file = tmp_path / "sim/bag/bag.mcap"
     file.write_bytes(file.read_bytes()[: file.stat().st_size // 2])
-    said: list[str] = []
-    open_stills(tmp_path / "sim/bag", SourceOptions(image_kind="labels"), 3, tmp_path / "frames", said.append)
-    assert any(line.startswith(f"{file}: it ends in the middle") for line in said)
+    stills = open_stills(tmp_path / "sim/bag", SourceOptions(image_kind="labels"), 3, tmp_path / "frames", print)
+    assert any(line.startswith(f"{file}: it ends in the middle") for line in stills.problems)
+
+
+def test_doubts_about_a_bags_calibration_are_problems(tmp_path: Path) -> None:
+    """As a replay tells them."""
+    of_right = dataclasses.replace(CAMERA, frame_id="right")
+    for name, infos, told in (
+        ("other", [of_right], "/eye/camera_info is of frame 'right', images are of 'left': it is used, though"),
+        ("none", [], "no topic '/eye/camera_info': without calibration there are no metric poses"),
+    ):
+        with BagWriter(tmp_path / name) as writer:
+            for camera in infos:
+                writer.write_camera("/eye/camera_info", 1, camera)
+            writer.write_image("/eye/image", 2, "left", GREY)
+        (problem,) = open_stills(tmp_path / name, SourceOptions(), 3, tmp_path / f"{name}_frames", print).problems
+        assert told in problem
 
 
 @pytest.mark.parametrize("folder", [".", "http:x"])
@@ -142,16 +157,15 @@ def test_frames_that_are_taken_are_files_and_there_again(tmp_path: Path) -> None
 
 
 def test_a_calibration_for_images_of_another_size_is_told_and_not_used(tmp_path: Path) -> None:
-    said: list[str] = []
     for number, size in enumerate([(48, 64), (24, 32)]):
         cv2.imwrite(str(tmp_path / f"{number}.png"), np.zeros(size, np.uint8))
-    fits = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
-    assert fits.camera is CAMERA and not said
+    fits = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", print)
+    assert fits.camera is CAMERA and not fits.problems
     assert fits.camera_of(0) is CAMERA and fits.camera_of(1) is None
     (tmp_path / "0.png").write_bytes(b"damaged")
-    unfit = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", said.append)
+    unfit = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", print)
     assert unfit.camera is None
-    assert said == ["--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses"]
+    assert unfit.problems == ["--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses"]
 
 
 def test_images_are_looked_at_by_several_threads(tmp_path: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
@@ -14,6 +13,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rosgraph_msgs.msg import Clock
 
 from ..core.base.errors import SourceError
+from ..io.bags.heads import head_of
 from ..io.bags.reader import RawMessage, Topic
 from .conversions import message_class
 
@@ -21,7 +21,7 @@ _CLOCK_PERIOD_S = 0.025
 _DEPTH = 10
 _DISCOVERY_S = 0.1
 _STEADY_S = 0.5
-_STAMP_END = 12  # of a serialised message that begins with a header: four bytes of encapsulation, sec, nanosec
+_UNSET = 0  # a stamp that was never set
 _SETTLE_S = 5.0  # discovery may take so long, and a node to follow what is offered
 _SILENT_S = 1.0
 
@@ -126,7 +126,7 @@ class Player:
         publisher.publish(message.data)
         self.sent[message.topic] = self.sent.get(message.topic, 0) + 1
         if message.topic in self._awaited:
-            stamp_ns = _stamp_ns(message.data)
+            stamp_ns = head_of(message.data, _UNSET).stamp_ns
             if not self._spin_until(lambda: stamp_ns in self._answers):
                 self.unanswered.append(stamp_ns)
                 self._say(f"{message.topic}: the image of {stamp_ns} ns was not answered in {self._timeout_s:g} s")
@@ -136,7 +136,7 @@ class Player:
     def _is_another(self, calibration: RawMessage) -> bool:
         """Whether it tells something else than the one before on its topic: that one has arrived is known. To know it
         of each would take a heartbeat of the middleware, three seconds."""
-        told = calibration.data[_STAMP_END:]
+        told = calibration.data[head_of(calibration.data, _UNSET).end :]
         before, self._calibrations[calibration.topic] = self._calibrations.get(calibration.topic), told
         return told != before
 
@@ -153,7 +153,7 @@ class Player:
             self._executor.spin_once(timeout_sec=min(left_s, _CLOCK_PERIOD_S))
 
     def _on_answer(self, data: bytes) -> None:
-        self._answers.append(_stamp_ns(data))
+        self._answers.append(head_of(data, _UNSET).stamp_ns)
 
     def _await_answers(self, topic: str) -> None:
         def kind() -> str:
@@ -207,9 +207,3 @@ class Player:
                 return False
             self._executor.spin_once(timeout_sec=_DISCOVERY_S)
         return True
-
-
-def _stamp_ns(cdr: bytes) -> int:
-    """The stamp of a serialised message that begins with a header."""
-    sec, nanosec = struct.unpack_from("<iI" if cdr[1] & 1 else ">iI", cdr, 4)
-    return int(sec) * 10**9 + int(nanosec)

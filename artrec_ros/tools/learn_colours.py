@@ -16,7 +16,8 @@ from ..core.base.errors import ConfigError
 from ..core.geometry.field_plane import FieldPlane
 from ..core.learning.colour_learning import Pair, check_samples, enough
 from ..io.base.bars import bar, say
-from ..io.images.decoding import IMAGE_SUFFIXES, read_image
+from ..io.images.decoding import read_image
+from ..io.images.folders import without_suffix
 from ..io.images.video import VIDEO_SUFFIXES
 from ..io.learned.colours import save_colours
 from ..io.learned.marked_objects import load_marked_objects
@@ -210,7 +211,7 @@ def _pairs(args: argparse.Namespace) -> Iterator[Pair]:
     if unlabelled and not found:
         raise ConfigError(
             f"--label-images: {args.label_images} holds no label image that is named like one of {len(unlabelled)} "
-            f"frames, such as {_label_name(unlabelled[0])}"
+            f"frames, such as {without_suffix(unlabelled[0])}.png"
         )
 
 
@@ -231,17 +232,11 @@ def _by_name(images: Iterable[Frame], folder: Path, unlabelled: list[str]) -> It
     :param unlabelled: gets the names of frames that have none.
     """
     for frame in images:
-        path = folder / _label_name(frame.name)
+        path = folder / f"{without_suffix(frame.name)}.png"
         if path.is_file():
             yield frame, Frame(frame.stamp_ns, path.name, read_image(path))
         else:
             unlabelled.append(frame.name)
-
-
-def _label_name(frame: str) -> str:
-    """Frames of a video have no suffix, and their names may hold points."""
-    path = Path(frame)
-    return f"{path.stem if path.suffix.lower() in IMAGE_SUFFIXES else path.name}.png"
 
 
 def _checked(pairs: Iterable[tuple[Frame, Frame]]) -> Iterator[Pair]:

@@ -11,6 +11,7 @@ from artrec_ros.io.bags.heads import head_of
 from artrec_ros.io.bags.infos import Info, Infos
 from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.bags.recovery import RawMessage
+from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.sources.look_ahead import own_first
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
@@ -105,7 +106,7 @@ def test_an_image_that_is_answered_before_the_next_is_sent_goes_behind_its_own(
         recorded = list(bag.messages(bag.topics))
         sent = list(own_first(recorded, bag.messages(["/cam/camera_info"])))
         for i, _ in enumerate(FOCALS):
-            one, other = (n for n, m in enumerate(sent) if head_of(m, False).stamp_ns == stamp_of(i))
+            one, other = (n for n, m in enumerate(sent) if head_of(m.data, m.log_ns).stamp_ns == stamp_of(i))
             assert "info" in sent[one].topic and sent[other].topic == "/cam/image", "and none is sent twice"
         times = [m.log_ns for m in sent]
         assert times == sorted(times), "clocks do not go back"
@@ -120,16 +121,25 @@ def test_the_head_is_that_of_the_whole_message(ros1, ros2, generation):
     for frame_id in ("", "a", "ündër/die"):
         msgtype, content = framed(messages.image(FIRST_NS, np.zeros((2, 3), np.uint8)), frame_id)
         raw = RawMessage("/i", msgtype, 5, bytes(write(content, msgtype)))
-        assert head_of(raw, messages.ros1)[:2] == (FIRST_NS, frame_id)
+        assert head_of(raw.data, raw.log_ns, messages.ros1)[:2] == (FIRST_NS, frame_id)
         for length in range(20):
-            stamp_ns, name, _ = head_of(raw._replace(data=raw.data[:length]), messages.ros1)
+            stamp_ns, name, _ = head_of(raw.data[:length], raw.log_ns, messages.ros1)
             assert stamp_ns in (5, FIRST_NS) and isinstance(name, str)
+
+
+def test_an_image_that_is_damaged_keeps_its_stamp(tmp_path, ros2):
+    msgtype, content = ros2.image(FIRST_NS, np.zeros((2, 3), np.uint8))
+    with BagWriter(tmp_path / "bag") as writer:
+        writer.write_raw("/i", 5, msgtype, bytes(ros2.store.serialize_cdr(content, msgtype))[:30])
+    with open_sources([tmp_path / "bag"], SourceOptions()) as sources:
+        (frame,) = sources
+    assert frame.error and frame.stamp_ns == FIRST_NS
 
 
 def test_bytes_in_the_other_order(ros2):
     msgtype, content = framed(ros2.image(FIRST_NS, np.zeros((2, 3), np.uint8)), "eye")
     data = bytes(ros2.store.serialize_cdr(content, msgtype, little_endian=False))
-    assert head_of(RawMessage("/i", msgtype, 5, data), False)[:2] == (FIRST_NS, "eye")
+    assert head_of(data, 5)[:2] == (FIRST_NS, "eye")
 
 
 def test_many_cameras_do_not_pile_up():

@@ -25,6 +25,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from ...core.base.errors import ImageError, SourceError, UnreadableError
 from ..base.yaml_files import like_it, size_of_file
+from .heads import Head, head_of
 from .index import index_problem
 from .metadata import BAG_SUFFIXES, STORAGES, Metadata, is_storage, storage_suffix
 from .recovery import RawMessage, full_type, scan
@@ -206,6 +207,10 @@ class Bag:
             if not self.ros1 and message.data.startswith(_ZSTD_MAGIC):  # plain CDR starts with 00
                 message = message._replace(data=_unpacked_message(message))
             yield message
+
+    def head(self, message: RawMessage) -> Head:
+        """Stamp and frame of a message that begins with a header."""
+        return head_of(message.data, message.log_ns, self.ros1)
 
     def parse(self, message: RawMessage) -> Any:
         """The message as an object with the fields of its type.

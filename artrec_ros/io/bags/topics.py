@@ -34,12 +34,6 @@ def decode_message(content: Any) -> Image:
     return decode_image(c.encoding, c.height, c.width, c.step, bool(c.is_bigendian), c.data)
 
 
-def stamp_of(content: Any, log_ns: int) -> int:
-    """The header's stamp; where it was never set, the time of recording."""
-    stamp = content.header.stamp
-    return (stamp.sec * 10**9 + stamp.nanosec) or log_ns
-
-
 def camera_of(info: Any, rectified: bool = False) -> Camera:
     """The camera of a CameraInfo message, whose fields ROS 1 spells in capitals.
 

@@ -17,6 +17,13 @@ def is_lossy(path: Path) -> bool:
     return path.suffix.lower() in (".jpg", ".jpeg")
 
 
+def without_suffix(name: str) -> str:
+    """What a picture and the frame that it shows have in common: a file's name without the suffix of a picture. Frames
+    of videos are called so: they have none, and may hold points."""
+    path = Path(name)
+    return path.stem if path.suffix.lower() in IMAGE_SUFFIXES else path.name
+
+
 def images_of(folder: Path) -> list[Path]:
     """Its image files, sorted by name."""
     return sorted(p for p in folder.iterdir() if p.suffix.lower() in IMAGE_SUFFIXES)

@@ -12,7 +12,7 @@ from ...core.base.errors import ArtrecError, ConfigError, ImageError, SourceErro
 from ...core.geometry.camera import Camera
 from ..bags.metadata import BAG_SUFFIXES, is_storage, storage_suffix
 from ..bags.reader import Bag, Topic
-from ..bags.topics import IMAGE_TYPES, camera_of, choose_info_topic, decode_message, stamp_of
+from ..bags.topics import IMAGE_TYPES, camera_of, choose_info_topic, decode_message
 from ..base.bars import bar
 from ..base.json_files import read_json
 from ..base.kinds import COCO, CONSTRAINTS, OBJECT, kind_of
@@ -221,9 +221,10 @@ def image_stamps(path: Path, topic: str) -> frozenset[int]:
     with Bag(path) as bag:
         for message in bar(bag.messages([topic]), "reading stamps", unit="message", delay=1, leave=False):
             try:
-                stamps.add(stamp_of(bag.parse(message), message.log_ns))
+                bag.parse(message)
             except ImageError:
                 continue  # told where the images are looked at
+            stamps.add(bag.head(message).stamp_ns)
     return frozenset(stamps)
 
 

@@ -8,11 +8,10 @@ from itertools import chain, islice
 
 from ...core.base.errors import ConfigError, ImageError
 from ...core.geometry.camera import Camera
-from ..bags.heads import head_of
 from ..bags.infos import Info, of_another
 from ..bags.reader import Bag
 from ..bags.recovery import RawMessage
-from ..bags.topics import Report, camera_of, choose_info_topic, choose_topic, decode_message, stamp_of
+from ..bags.topics import Report, camera_of, choose_info_topic, choose_topic, decode_message
 from .frames import Frame, Part, Source, SourceOptions, fitting, once
 from .look_ahead import AHEAD_NS, Held, LookAhead
 
@@ -114,7 +113,7 @@ class BagSource(Source):
             if message.topic == self.info_topic:
                 yield from ahead.add_info(self._info(message), message.log_ns)
             else:
-                head = head_of(message, self.bag.ros1)
+                head = self.bag.head(message)
                 kept = message if whole else message._replace(data=b"")
                 yield from ahead.add_image(kept, head.stamp_ns, head.frame_id)
         yield from ahead.rest()
@@ -126,10 +125,9 @@ class BagSource(Source):
             self._others[f"{self.bag.path}: {line}"] = None
 
     def _frame(self, message: RawMessage, camera: Camera | None) -> Frame:
-        stamp_ns = message.log_ns
+        stamp_ns = self.bag.head(message).stamp_ns
         try:
             content = self.bag.parse(message)
-            stamp_ns = stamp_of(content, message.log_ns)
             image = decode_message(content)
         except ImageError as error:
             return Frame(stamp_ns, self.topic, error=str(error))
@@ -139,7 +137,7 @@ class BagSource(Source):
 
     def _info(self, message: RawMessage) -> Info[Camera | None]:
         """The calibration, made anew only where it is another one than that before: parts of a source name many."""
-        head = head_of(message, self.bag.ros1)
+        head = self.bag.head(message)
         told = message.data[head.end :]
         if self._last is None or self._last[0] != told:
             self._last = told, self._camera(message)

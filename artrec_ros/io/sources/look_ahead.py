@@ -77,7 +77,7 @@ def own_first(messages: Iterable[RawMessage], infos: Iterable[RawMessage]) -> It
     read = next(rest, None)
     for message in messages:
         while read is not None and read.log_ns <= message.log_ns + AHEAD_NS:
-            head = head_of(read, ros1=False)
+            head = head_of(read.data, read.log_ns)
             coming[read] = Info(head.stamp_ns, head.frame_id, read)
             read = next(rest, None)
         if message.msgtype == INFO_TYPE:
@@ -86,7 +86,7 @@ def own_first(messages: Iterable[RawMessage], infos: Iterable[RawMessage]) -> It
                 sent.remove(message)
                 continue
         elif message.msgtype in IMAGE_TYPES:
-            head = head_of(message, ros1=False)
+            head = head_of(message.data, message.log_ns)
             for info in [i.content for i in coming.values() if i.rank(head.stamp_ns, head.frame_id) == BEST]:
                 yield info._replace(log_ns=message.log_ns)
                 del coming[info]

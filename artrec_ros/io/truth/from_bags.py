@@ -12,7 +12,7 @@ from ...core.base.errors import ConfigError, ImageError, SourceError
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Pose, rotation_from_quaternion
 from ..bags.reader import Bag
-from ..bags.topics import camera_of, listed, stamp_of
+from ..bags.topics import camera_of, listed
 from .records import FrameKey, Told, TrueObject, Truth
 
 _POSE_ARRAY = "geometry_msgs/msg/PoseArray"
@@ -36,7 +36,7 @@ def load_pose_truth(path: Path, topics: Sequence[str]) -> Truth:
                 objects = tuple(_object(p, names[message.topic]) for p in content.poses)
             except (ImageError, ValueError) as error:
                 raise SourceError(f"{path}: topic {message.topic}: {error}") from error
-            stamp_ns = stamp_of(content, message.log_ns)
+            stamp_ns = bag.head(message).stamp_ns
             frames[stamp_ns] = frames.get(stamp_ns, ()) + objects
             frame_ids.add(content.header.frame_id)
         camera = _camera(bag)

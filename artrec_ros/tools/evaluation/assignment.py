@@ -12,7 +12,7 @@ import numpy as np
 from ...core.base.errors import SourceError
 from ...core.model.identities import identities_of
 from ...io.base.yaml_files import nearest
-from ...io.images.decoding import IMAGE_SUFFIXES
+from ...io.images.folders import without_suffix
 from ...io.results.results import FrameRecord
 from ...io.truth.records import FrameKey, TrueObject, Truth
 from .runs import Run
@@ -105,7 +105,7 @@ def match_frames(truth: Truth, run: Run, max_gap_ns: int = 0) -> dict[FrameKey, 
 
 def _called(key: FrameKey, places: Mapping[FrameKey, int]) -> FrameKey:
     """What results call the frame: those of a video name it without the suffix of the picture that was marked."""
-    return Path(key).stem if isinstance(key, str) and key not in places else key
+    return without_suffix(key) if isinstance(key, str) and key not in places else key
 
 
 def repeated_frames(truth: Truth, run: Run) -> int:
@@ -144,7 +144,7 @@ def _neighbours(values: np.ndarray, among: np.ndarray) -> np.ndarray:
 
 def _is_of_video(record: FrameRecord) -> bool:
     """Of a folder frames bear the suffix of an image, of a bag the name of a topic."""
-    return not record.frame.startswith("/") and Path(record.frame).suffix.lower() not in IMAGE_SUFFIXES
+    return without_suffix(record.frame) == record.frame
 
 
 def _nothing_in_common(truth: Truth, run: Run, own: Sequence[FrameKey]) -> str:

@@ -44,6 +44,8 @@ class TestFrames:
         run = run_of(0, 1, names=["film_000003", "a.film_000004"])
         truth = truth_of("film_000003.png", "a.film_000004.jpg", "film_000005.png")
         assert match_frames(truth, run) == {"film_000003.png": 0, "a.film_000004.jpg": 1}
+        with pytest.raises(SourceError, match="no image of the truth"):  # points are the name's own
+            match_frames(truth_of("film.a_000003", "film.a_000004"), run_of(0, names=["film"]))
 
     def test_the_nearest_within_the_gap_and_no_result_twice(self):
         found = match_frames(truth_of(0, 100, 104, 300), run_of(2, 103, 290, 999), max_gap_ns=5)

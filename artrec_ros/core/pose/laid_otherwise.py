@@ -18,7 +18,7 @@ from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
 from .poses import PatchScores, Poses
 from .surface_kernels import LEAST_DEPTH_M
-from .turn_evidence import even_odds
+from .turn_evidence import even_odds, odds_by_seen
 
 
 class LaidOtherwise(NamedTuple):
@@ -75,15 +75,21 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
     if len(both) == 1:
         return None
     config, scores = finder.config.verdict, finder.voter.judge(frame, both, occlusion=True)
-    votes, unseen = finder.voter.total(scores), log_unseen(finder, frame, both, scores)
+    fitted = finder.on_likes.any
+    votes = finder.voter.borne_out(scores) if fitted else finder.voter.total(scores)
+    unseen = log_unseen(finder, frame, both, scores)
     rows = np.append(0, np.flatnonzero(votes[1:] > config.mirrored_votes * votes[0]) + 1)
     told, both, log_odds = both[rows[:1]], both[rows[1:]], (unseen - unseen[0])[rows[1:]]
     if not len(both):
         return None
-    log_odds = log_odds + even_odds(finder, frame, told[np.zeros(len(both), int)], both)
+    odds = odds_by_seen if fitted else even_odds
+    log_odds = log_odds + odds(finder, frame, told[np.zeros(len(both), int)], both)
     likelier = log_odds > config.least_turn_odds
-    if finder.on_likes.any:  # what looks the same throughout is another place only where it is likelier
+    if fitted and used.all():  # what looks the same throughout is another place only where it is likelier
         kept = np.flatnonzero(likelier | ~finder.on_likes.same(frame.camera, pose, both))
+        both, log_odds, likelier = both[kept], log_odds[kept], likelier[kept]
+    if fitted:
+        kept = finder.on_likes.distinct(frame.camera, pose, both, log_odds)
         both, log_odds, likelier = both[kept], log_odds[kept], likelier[kept]
     return LaidOtherwise(both, np.where(likelier, log_odds, np.minimum(log_odds, 0.0))) if len(both) else None
 

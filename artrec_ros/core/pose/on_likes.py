@@ -15,10 +15,12 @@ from numpy.typing import NDArray
 
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .exchanges import OFF, may_be_taken_for
 from .lookalikes import Lookalikes
 from .poses import Poses
+from .ranked import Ranked
 
 if TYPE_CHECKING:
     from .finder import WholeObjectFinder
@@ -37,24 +39,75 @@ class OnLikes:
         self._size = np.sqrt(surface.area[surface.markers])
 
     def begun(self, frame: ImageFrame, pose: Poses) -> Poses:
-        """A few of a pose, the best first, as they are before a climb."""
-        finder = self._finder
-        poses = finder.standing(frame, self._lookalikes.of(pose))
-        poses = finder.surface.search_joints(frame, poses, self._grids)
-        return finder.ranked(frame, poses).best(self._most, finder.config.search).poses
+        """A few of a pose that lacks something, the best first of each kind, as they are before a climb: what lays the
+        required component on another one, and what lays another one where that is."""
+        onto = self._finder.standing(frame, self._lookalikes.of(pose))
+        back = self._bent_onto(pose, self._finder.standing(frame, _back(pose, onto)))
+        onto = Poses.concatenate([self._by_labels(frame, onto), self._bent_onto(pose, onto)])
+        return Poses.concatenate([self._best(frame, onto), self._best(frame, back)])
 
     def of(self, frame: ImageFrame, pose: Poses, seen: Collection[int]) -> Poses:
-        """A few after a climb, that differ; where all components are seen those alone that look the same throughout,
-        for others lack one of them.
+        """A few after a climb; where all components are seen those alone that look the same throughout, for others lack
+        one of them.
 
         :param seen: components that are.
         """
-        begun = self.begun(frame, pose)
-        if len(seen) == len(self._finder.target.model.components):
-            begun = begun[np.flatnonzero(self.same(frame.camera, pose, begun))]
+        if len(seen) < len(self._finder.target.model.components):
+            begun = self.begun(frame, pose)
+        else:
+            onto = self._by_labels(frame, self._finder.standing(frame, self._lookalikes.of(pose)))
+            begun = self._best(frame, onto[np.flatnonzero(self.same(frame.camera, pose, onto))])
         if not len(begun):
             return begun
-        return self._finder.looked_again(frame, begun).best(self._most, self._finder.config.search).poses
+        return self._finder.looked_again(frame, begun).best(2 * self._most, self._finder.config.search).poses
+
+    def _by_labels(self, frame: ImageFrame, poses: Poses) -> Poses:
+        return self._finder.surface.search_joints(frame, poses, self._grids)
+
+    def _best(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """A few by what they show: what they lack is weighed after a climb."""
+        votes = self._finder.voter.borne_out(self._finder.voter.judge(frame, poses, occlusion=True))
+        return Ranked(poses, votes).best(self._most, self._finder.config.search).poses
+
+    def distinct(self, camera: Camera, pose: Poses, others: Poses, log_odds: Array) -> NDArray[np.int64]:
+        """Which of K others have some marker elsewhere than a pose, and than likelier ones: else one place would count
+        twice. :param log_odds: (K,)"""
+        at, size_px = self._pixels(camera, Poses.concatenate([pose, others]))
+        kept = [0]
+        for n in (1 + np.argsort(-log_odds, kind="stable")).tolist():
+            off = np.linalg.norm(at[kept] - at[n], axis=2)
+            if (off > OFF * np.minimum(size_px[kept], size_px[n])).any(axis=1).all():
+                kept.append(n)
+        return np.array(kept[1:], np.int64) - 1
+
+    def _pixels(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
+        """(H, M, 2) the middles of all markers in the image, (H, M) how large these are there."""
+        at = self._finder.through_middles.places(poses, self._finder.surface.markers)
+        return project(camera, at), self._size * camera.focal_px / at[..., 2]
+
+    def _bent_onto(self, pose: Poses, others: Poses) -> Poses:
+        """Others with each joint, parents first, where what it carries lies nearest to like markers of a pose, be these
+        seen or not: beyond what is hidden a search by labels finds nothing."""
+        kin, markers, q = self._finder.surface.kinematics, self._finder.surface.markers, others.q.copy()
+        places, most = self._finder.through_middles.places, self._size**2
+        (there,), last = places(pose, markers), self._last_joint
+        for j in np.flatnonzero(np.bincount(last[last >= 0], minlength=kin.n_joints)).tolist():
+            mine, values = np.flatnonzero(last == j), self._grids[j][~np.isnan(self._grids[j])]
+            tried = np.repeat(q, len(values), axis=0)
+            tried[:, j] = np.tile(values, len(q))
+            rows = np.repeat(np.arange(len(q)), len(values))
+            at = places(Poses(others.R[rows], others.t[rows], tried), markers[mine])
+            off = ((at[:, :, None] - there) ** 2).sum(axis=3)
+            off = np.where(self._like[mine], off, np.inf).min(axis=2)
+            lost = np.minimum(off, most[mine]).sum(axis=1).reshape(len(q), -1)
+            q[:, j] = values[lost.argmin(axis=1)]
+        return Poses(others.R, others.t, q)
+
+    @cached_property
+    def _last_joint(self) -> NDArray[np.int64]:
+        """(M,) the last of the joints that move each marker; -1: none."""
+        moves = self._finder.surface.kinematics.moves[self._finder.surface.component[self._finder.surface.markers]]
+        return np.where(moves.any(axis=1), moves.shape[1] - 1 - moves[:, ::-1].argmax(axis=1), -1)
 
     @cached_property
     def _like(self) -> NDArray[np.bool_]:
@@ -64,8 +117,16 @@ class OnLikes:
     def same(self, camera: Camera, pose: Poses, others: Poses) -> NDArray[np.bool_]:
         """(K,) whether others have each marker, seen or not, on a like one of a pose: nothing hidden tells these from
         it."""
-        at = self._finder.through_middles.places(Poses.concatenate([pose, others]), self._finder.surface.markers)
-        pixels, size_px = project(camera, at), self._size * camera.focal_px / at[..., 2]
+        pixels, size_px = self._pixels(camera, Poses.concatenate([pose, others]))
         off = np.linalg.norm(pixels[1:, :, None] - pixels[0], axis=3)  # (K, M, M)
         near = off < OFF * np.minimum(size_px[1:, :, None], size_px[0])
         return np.asarray((near & self._like).any(axis=2).all(axis=1))
+
+
+def _back(pose: Poses, others: Poses) -> Poses:
+    """(K,) a pose moved as each of K others is moved from it, but the other way: where these lay the required component
+    on another one, another one comes to lie where it is."""
+    R = others.R @ pose.R[0].T
+    t = others.t - R @ pose.t[0]
+    back = R.swapaxes(1, 2)
+    return Poses(back @ pose.R[0], np.einsum("kij,kj->ki", back, pose.t[0] - t), others.q)

@@ -21,7 +21,7 @@ from .alternatives import Reading
 from .finder import WholeObjectFinder
 from .laid_otherwise import log_unseen
 from .poses import Poses
-from .turn_evidence import turn_odds
+from .turn_evidence import odds_by_seen, turn_odds
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,8 +158,8 @@ def _asked(
         yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
     if finder.on_likes.any and not frame.deadline.expired:
         own = look.unhurried()  # it may be the judge's, whose time is over
-        on_likes = finder.on_likes.of(own, pose, seen)
-        same = finder.on_likes.same(frame.camera, pose, on_likes)
+        on_likes, whole = finder.on_likes.of(own, pose, seen), len(seen) == len(finder.target.model.components)
+        same = finder.on_likes.same(frame.camera, pose, on_likes) & whole
         none = np.zeros(len(on_likes), bool)
         yield _Asked(on_likes[np.flatnonzero(~same)], none[~same], own, True, fitted=True)
         yield _Asked(on_likes[np.flatnonzero(same)], none[same], own, False, fitted=True)
@@ -176,10 +176,14 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     told = both[np.zeros(len(others), int)]
-    odds = turn_odds(finder, look, told, others)
     if asked.fitted:
+        odds = odds_by_seen(finder, look, told, others)
         unseen = log_unseen(finder, look, both, finder.voter.judge(look, both, occlusion=True))
         odds = odds + unseen[1:] - unseen[0]
+        kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
+        others, odds = others[kept], odds[kept]
+    else:
+        odds = turn_odds(finder, look, told, others)
     if asked.lone is not None:
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
         if not asked.same.all():

@@ -53,6 +53,20 @@ def even_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others
     return evidence(finder, frame, poses, others).log_odds((0.0, *_weights(finder, frame)[1:]))
 
 
+def odds_by_seen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
+    """The same of others of which some show as many markers by other ones: these are as likely before anything is known
+    of them, and where the ones that they lack would be is no evidence here. What shows fewer leaves some of what is
+    seen unexplained."""
+    h, both, voter = len(poses), Poses.concatenate([poses, others]), finder.voter
+    scores = voter.judge(frame, both, occlusion=True)
+    used = voter.supported(scores).reshape(2, h, -1)
+    as_many = used[1].sum(axis=1) >= used[0].sum(axis=1)
+    votes = np.where(as_many, voter.borne_out(scores).reshape(2, h), voter.total(scores).reshape(2, h))
+    found = contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
+    at_first, *weights = _weights(finder, frame)
+    return found.log_odds((0.0, *weights)) + np.where(as_many, 0.0, at_first)
+
+
 def _weights(finder: WholeObjectFinder, frame: ImageFrame) -> Sequence[float]:
     config = finder.config.verdict
     return config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds

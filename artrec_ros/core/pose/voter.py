@@ -66,6 +66,11 @@ class Voter:
         totals(self.surface.compiled, self.value, scores.votes, scores.area_px, out)
         return out
 
+    def borne_out(self, scores: PatchScores) -> Array:
+        """(H,) votes of the markers that the labels support, whatever the others lack."""
+        votes = scores.votes[:, self.surface.marker_columns]
+        return np.asarray(np.where(self.supported(scores), votes, 0.0).sum(axis=1))
+
     def supported(self, scores: PatchScores) -> np.ndarray:
         """(H, M) markers that the labels support."""
         m, config = self.surface.marker_columns, self._config

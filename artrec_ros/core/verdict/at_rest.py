@@ -18,8 +18,9 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.laid_otherwise import LaidOtherwise, likelier_laid
 from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
-from ..pose.other_turns import likelier_turns
+from ..pose.other_turns import likelier_turns, other_of
 from ..pose.poses import Poses
+from ..pose.turn_evidence import turn_odds
 from .judge import Judge
 from .nearer import behind_others
 from .verdicts import Verdict
@@ -144,11 +145,19 @@ def _judged_anew(
     poses, used, bends = Poses.concatenate([rest.poses, first])[rows], rest.used.copy(), rest.bends.copy()
     for n in back:
         used[n], bends[n] = finder.voter.supports(rest.frames[n].unhurried(), first[n : n + 1])[0], 0.0
-    others, elsewhere = (
-        [None if n in back else other for n, other in enumerate(column)] for column in (rest.others, rest.elsewhere)
-    )
+    elsewhere = [None if n in back else other for n, other in enumerate(rest.elsewhere)]
+    others = list(rest.others)
+    for n in back:  # what it would be for all that is told beside it, where nothing else tells of it
+        others[n] = None if as_found[n] else _refused(finder, rest.frames[n], first[n : n + 1], rest.poses[n : n + 1])
     laid = [as_found[n] if n in back else other for n, other in enumerate(rest.laid)]
     return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, poses)
+
+
+def _refused(finder: WholeObjectFinder, frame: ImageFrame, told: Poses, likelier: Poses) -> OtherTurn | None:
+    """The pose that an object would have by what tells turns and bends apart, were it an object there: its outline may
+    be off, or its file. Beside others it may be likelier than what is told."""
+    odds = float(turn_odds(finder, frame.unhurried(), told, likelier)[0])
+    return other_of(finder, Poses.concatenate([told, likelier]), 0, 1, float(1 / (1 + np.exp(-odds))))
 
 
 def _moved(poses: Poses, likelier: Poses) -> NDArray[np.int64]:

@@ -24,6 +24,7 @@ from artrec_ros.core.verdict import at_rest as resting
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.core.verdict.parts import part_probabilities
 
 CAMERA = camera_of()
@@ -224,6 +225,20 @@ def test_what_is_judged_anew_does_not_hide_itself(monkeypatch):
     (found,) = engine.recognize(labels, CAMERA).detections
     for one, same in zip(found.components, behind.components, strict=True):
         assert np.hypot(same.x - one.x, same.y - one.y) < 5, one.component
+
+
+def test_a_likelier_turn_that_would_be_no_object_is_told_beside_what_was_found(monkeypatch):
+    """Where an outline is off no pose may be an object that is likelier: what is told is not sure for that."""
+    model, one = truck(), (-0.05, 0, 0.8, 0.2)
+    off = pose(-0.05, 0, 0.8, 0.35, model=model)
+    describer, verdicts, frame = scene(model, pose(*one, model=model))
+    monkeypatch.setattr(describer.finder.rest, "at_rest", lambda frame, poses, used: off)  # found a little off
+    monkeypatch.setattr(Judge, "reason", lambda *args: "none")
+    rested_at(monkeypatch, pose(*one, model=model))
+    (same,) = describer.describe(verdicts, frame)
+    np.testing.assert_allclose(same.pose.rotation, off.R[0])
+    np.testing.assert_allclose(same.other_turn.pose.rotation, pose(*one, model=model).R[0])
+    assert same.other_turn.probability > 0.9
 
 
 def test_what_would_be_no_object_there_is_told_as_it_was_found(monkeypatch):

@@ -1,13 +1,11 @@
 """What `artrec model` says of how components lie to each other."""
 
 import pytest
-from model_runs import OBJECTS, advice_on
+from model_runs import advice_on
 
 from artrec_ros.core.design.ambiguity import find_ambiguities
 from artrec_ros.io.objects.object_reader import load_object
-from artrec_ros.io.objects.object_writer import Labels
 from artrec_ros.tools.inspecting.model_report import advice
-from artrec_ros.tools.inspecting.structure import structure
 
 SIDES = """
 format: artrec_object/1
@@ -190,50 +188,3 @@ def test_markers_adjoin_that_may_be_seen_together(tmp_path, shape, pose, said, t
         lines = text.splitlines()
         text = "\n".join([*lines[:-2], lines[-1], lines[-2]]) + "\n"
     assert len([n for n in advice_on(tmp_path, text) if "adjoin" in n]) == said
-
-
-MEN = """
-format: artrec_object/1
-name: men
-markers:
-  up: {rectangle: {width: 0.2, height: 0.25}}
-  lean: {outline: [[-0.25, -0.1], [0.15, -0.1], [0.15, 0.1], [-0.25, 0.1]], axis: [[-0.25, 0], [0.15, 0]]}
-  lie: {outline: [[-0.55, -0.1], [0.25, -0.1], [0.25, 0.1], [-0.55, 0.1]], axis: [[-0.55, 0], [0.25, 0]]}
-components:
-  first: {required: true, label: 1, markers: {up: {pose: {xyz: [0, 0, 0]}}, lie: {pose: {xyz: [0, 0, 0]}}}}
-  other: {label: 1, markers: {up: {pose: {xyz: [0, 0.9, 0]}}, lie: {pose: {xyz: [0, 0.9, 0]}}}}
-"""
-
-
-def on_each_other(folder, text):
-    """What is said of markers that lie on each other."""
-    return [line for line in advice_on(folder, text) if "lie on each other" in line]
-
-
-def test_a_marker_that_others_on_it_outvote_is_named(tmp_path):
-    """Whole objects are expected to show all: 104 of 108 teams were found with `up` alone, 48 with `lie`, too."""
-    (line,) = on_each_other(tmp_path, MEN)
-    assert line.startswith("warning: first/up, first/lie (and those of 1 more component) lie on each other")
-    assert "where first/up shows alone more speaks against it" in line and "leave the poses out" in line
-    assert on_each_other(tmp_path, MEN.replace("other: {label: 1", "other: {classes: {r: 1, b: 2}")) == [line]
-
-
-@pytest.mark.parametrize(
-    ("old", "new"),
-    [
-        ("lie: {pose: {xyz: [0, ", "lean: {pose: {xyz: [0, "),
-        ("lie: {pose: {xyz: [0, ", "lie: {pose: {x_axis: [0, 1, 0], y_axis: [0, 0, 1], xyz: [0, "),
-        ("lie: {pose: {xyz: [0, ", "lie: {pose: {xyz: [0.6, "),
-        ("lie: {pose: {xyz: [0, 0, 0]}}", "lie: {}"),
-    ],
-    ids=["mostly the same", "on another side", "hardly overlapping", "no pose"],
-)
-def test_markers_on_each_other_that_do_no_harm_are_not_named(tmp_path, old, new):
-    """With `lean` for `lie` all but one of these teams were found."""
-    assert not on_each_other(tmp_path, MEN.replace(old, new))
-
-
-@pytest.mark.parametrize("path", sorted(OBJECTS.glob("*.yaml")), ids=lambda path: path.stem)
-def test_no_shipped_object_has_such_markers(path):
-    lines = structure(load_object(path, Labels.as_in(path).numbered()))
-    assert not [line for line in lines if "lie on each other" in line]

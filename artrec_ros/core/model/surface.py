@@ -81,25 +81,29 @@ def is_on_unknown(patches: list[Patch]) -> bool:
     return any(p.marker is None and not p.labels for p in patches)
 
 
-def free_contour(model: ObjectModel, patches: list[Patch], *, own_class: bool) -> NDArray[np.bool_]:
+def free_contour(
+    model: ObjectModel, patches: list[Patch], stack: NDArray[np.int64], *, own_class: bool
+) -> NDArray[np.bool_]:
     """(M, m) bool of the contour points of all markers: beyond which no other marker of the object begins.
 
-    Only markers of which nothing moves one against the other are told.
+    Only markers of which nothing moves one against the other are told, and that are there at once.
 
+    :param stack: (P,) see `stacks_of`.
     :param own_class: only of others that may be of the same class: these, just outside, would say nothing against the
         outline.
     """
-    markers = [p for p in patches if p.marker is not None]
+    markers = [(p, n) for p, n in zip(patches, stack.tolist(), strict=True) if p.marker is not None]
     out = np.ones((len(markers), CONTOUR_POINTS), bool)
-    for row, mine in zip(out, markers, strict=True):
+    for row, (mine, own) in zip(out, markers, strict=True):
         beyond = mine.contour + _BEYOND * np.sqrt(mine.area) * np.cross(mine.contour_along, mine.normal)
-        for other in markers:
+        for other, its in markers:
             fixed = mine.component == other.component or all(
                 model.components[p.component].joint is None for p in (mine, other)
             )
             balls = mine.bulge or other.bulge  # what lies beyond these is a matter of the view, not of the model
-            if other is not mine and fixed and not balls and (not own_class or set(mine.labels) & set(other.labels)):
-                row[_covers(other, beyond)] = False
+            at_once = other is not mine and (own < 0 or own != its)
+            if at_once and fixed and not balls and (not own_class or set(mine.labels) & set(other.labels)):
+                row[covers(other, beyond)] = False
     return out
 
 
@@ -139,7 +143,7 @@ def _off(patch: Patch, points: Array) -> Array:
     return np.asarray(np.hypot(aside, local[:, 2]))
 
 
-def _covers(patch: Patch, points: Array) -> np.ndarray:
+def covers(patch: Patch, points: Array) -> np.ndarray:
     """(n,) bool: which points (n, 3) of its component's frame lie on a marker's patch."""
     assert patch.marker is not None and patch.marker.T_component_marker is not None
     local = patch.marker.T_component_marker.inverse().apply(points)

@@ -129,4 +129,6 @@ class Alternatives:
             s.compiled, s.kinematics.chain, poses.R, poses.t, poses.q, self._patches, self._says, frame.view, s.limits,
             out,
         )  # fmt: skip
+        if s.stacks:
+            out[~s.there(frame, poses)[:, np.isin(s.markers, self._patches)]] = 0.0
         return out

@@ -57,13 +57,18 @@ def said_of_component(
     s: Surface, patches: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, hidden_cost: float, room: Room
 ) -> tuple[float, float]:
     """Votes of a component at a frame, and what they count: as hidden, at a price, where it speaks against itself."""
-    votes, area, f2 = 0.0, 0.0, view.K[0, 0] * view.K[1, 1]
+    votes, area, last, last_px, stack, f2 = 0.0, 0.0, 0.0, 0.0, -1, view.K[0, 0] * view.K[1, 1]
     for p in patches:
-        votes += patch_bound(s, p, A, b, view, limits, _ALL, room)
+        said, size = patch_bound(s, p, A, b, view, limits, _ALL, room), 0.0
         cosine, _, _, depth = aspect(s, p, A, b)
         here = is_turned_here(s, p, cosine, depth, f2, limits.least_cosine)
         if s.marker_of[p] >= 0 and here and depth > LEAST_DEPTH_M:
-            area += s.area[p] * f2 / depth**2 * cosine
+            size = s.area[p] * f2 / depth**2 * cosine
+        if s.stack[p] < 0 or s.stack[p] != stack:
+            votes, area, last, last_px, stack = votes + last, area + last_px, said, size, s.stack[p]
+        elif said > last:  # of a stack the best one counts
+            last, last_px = said, size
+    votes, area = votes + last, area + last_px
     return votes, max(votes, -hidden_cost * area)
 
 

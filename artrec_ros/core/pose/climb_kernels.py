@@ -10,7 +10,7 @@ import numpy as np
 from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, copy_rotation, place_seen, turn_by
-from .sharing_kernels import explain_once
+from .sharing_kernels import choose_of_stacks, explain_once
 from .surface_kernels import Room, Surface, SurfaceLimits, room_of
 from .vote_kernels import Scores, score_hypothesis
 
@@ -114,6 +114,7 @@ def whole_votes(
     said, once = body.tried, body.once
     for p in range(len(patches)):
         once[0, p], once[1, p], once[2, p] = said.votes[p], said.area_px[p], said.agree[p]
+    choose_of_stacks(s, patches, once[0], once[1], once[2])
     f2 = view.K[0, 0] * view.K[1, 1]
     explain_once(s, body.R, body.t, f2, limits, False, room, once[0], once[1], once[2])
     return total(s, value, once[0], once[1], body.sums)

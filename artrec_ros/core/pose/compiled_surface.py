@@ -45,6 +45,8 @@ def compiled_surface(surface: SpatialModel) -> Surface:
     filled = [np.pad(p.finer, ((0, -len(p.finer) % LANES), (0, 0)), mode="edge") for p in surface.patches]
     return Surface(
         component=surface.component,
+        stack=surface.stack,
+        stacked=_stacked(surface.stack),
         normal=surface.normal,
         centre=surface.centre,
         area=surface.area,
@@ -68,7 +70,7 @@ def compiled_surface(surface: SpatialModel) -> Surface:
         half_width=surface.sides.half_widths,
         ring_role=surface.ring_role,
         rim_role=surface.rim_role,
-        open_ring=free_contour(surface.model, surface.patches, own_class=True).astype(float),
+        open_ring=free_contour(surface.model, surface.patches, surface.stack, own_class=True).astype(float),
         meets=surface.meeting,
         has_meets=(surface.meeting >= 0).any(axis=1),
         patch_of=surface.markers,
@@ -87,6 +89,12 @@ def compiled_surface(surface: SpatialModel) -> Surface:
         half=surface.boxes.half,
         box_radius=np.linalg.norm(surface.boxes.half, axis=1),
     )
+
+
+def _stacked(stack: NDArray[np.int64]) -> NDArray[np.int64]:
+    """(n,) see `Surface`."""
+    order = np.argsort(stack, kind="stable")
+    return order[stack[order] >= 0]
 
 
 def _spread(patch: Patch) -> Array:

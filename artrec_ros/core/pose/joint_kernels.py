@@ -88,15 +88,20 @@ def best_joint(
                     up = (s.best[s.ring_role[k]] + s.best[s.rim_role[k]]) * (MOST_LENGTH if near else 1.0)
                     most[p] += ring_px2(s, k, cosine, mz, f2, limits) * up
             rest += most[p]
-        total = 0.0
+        told, last, stack = 0.0, 0.0, -1  # of a stack the best one counts
         for p in patches:
             rest -= most[p]
-            total += patch_bound(s, p, A, b, view, limits, best_votes - total - rest, room)
-            if total + rest < best_votes:
+            wanted = best_votes - (told + last) - rest if s.stack[p] < 0 else -np.inf
+            said = patch_bound(s, p, A, b, view, limits, wanted, room)
+            if s.stack[p] >= 0 and s.stack[p] == stack:
+                last = max(last, said)
+            else:
+                told, last, stack = told + last, said, s.stack[p]
+            if told + (last if stack < 0 else max(last, 0.0)) + rest < best_votes:
                 break
         else:
-            if total > best_votes:
-                best_value, best_votes = value, total
+            if told + last > best_votes:
+                best_value, best_votes = value, told + last
     place(chain, c, R, t, best_value, scratch[2, 0], scratch[2, 1], scratch[0], scratch[1])
     return best_value
 

@@ -38,11 +38,13 @@ class _Figures(NamedTuple):
 class RegionFit:
     """Fits one model's poses: each marker is a region, and so is what lies around each."""
 
-    def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
+    def __init__(self, surface: SpatialModel, config: RecognizerConfig, there: NDArray[np.bool_] | None = None) -> None:
+        """:param there: (M,) markers that are; None: all."""
         self._surface, self._config, self._limits = surface, config.facing, scale_limits(config, None)
-        patches = [surface.patches[p] for p in surface.markers]
+        there = np.ones(len(surface.markers), bool) if there is None else there
+        patches = [surface.patches[p] for p in surface.markers[there]]
         outward = [np.cross(p.contour_along, p.normal) for p in patches]
-        around = surface.open_contour
+        around = surface.open_contour[there]
         # inside as far from the outlines as outside: else blur, which is in some points and not in others, pulls
         radius = [p.marker.radius for p in patches if p.marker is not None]
         inward = [(p.inside.mean(axis=0) - p.inside) / r for p, r in zip(patches, radius, strict=True)]

@@ -15,6 +15,7 @@ from .edges import would_show
 from .pose_fit import Fit, contour_fit
 from .poses import PatchScores, Poses
 from .region_fit import RegionFit
+from .stacked_regions import StackedRegions
 from .voter import Voter
 
 
@@ -27,7 +28,8 @@ class Resting:
     def __init__(self, voter: Voter, climber: Climber, config: RecognizerConfig, *, facing: bool) -> None:
         self._surface, self._voter, self._climber, self._config = voter.surface, voter, climber, config
         self._fit = Fit(voter.surface, config.fit, facing=facing)
-        self._facing, self.regions = facing, RegionFit(voter.surface, config) if facing else None
+        regions = StackedRegions if voter.surface.stacks else RegionFit
+        self._facing, self.regions = facing, regions(voter.surface, config) if facing else None
         self._to_colours = self.regions or ColourFit(voter.surface, config)
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray | None = None) -> Poses:

@@ -68,6 +68,23 @@ def seen_share(s: Surface, p: int, A: Any, b: Any, f2: float, area_px: float) ->
 
 
 @lean
+def choose_of_stacks(s: Surface, column: Any, votes: Any, area_px: Any, agree: Any) -> None:
+    """Of markers that lie on each other leave what labels say of the one that they like best: the others are not there.
+
+    :param column: (P,) where patches are among those that are asked about, -1: nowhere.
+    """
+    best, stack = -1, -1
+    for p in s.stacked:
+        lost = column[p]
+        if lost >= 0 and s.stack[p] == stack:
+            if votes[lost] > votes[best]:
+                best, lost = lost, best
+            votes[lost] = area_px[lost] = agree[lost] = 0.0
+        elif lost >= 0:
+            best, stack = lost, s.stack[p]
+
+
+@lean
 def explain_once(
     s: Surface, R: Any, t: Any, f2: float, limits: SurfaceLimits, strict: bool, room: Room, votes: Any, area_px: Any,
     agree: Any,

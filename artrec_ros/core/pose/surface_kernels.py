@@ -24,6 +24,8 @@ class Surface(NamedTuple):
     """
 
     component: Any  # (P,)
+    stack: Any  # (P,) number of the stack that a marker is in, see `stacks_of`, -1: in none
+    stacked: Any  # (n,) patches in stacks, one stack after the other
     normal: Any  # (P, 3)
     centre: Any  # (P, 3)
     area: Any  # (P,)

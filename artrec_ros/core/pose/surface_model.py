@@ -17,6 +17,7 @@ from ..model.chain_kernels import place_points
 from ..model.kinematics import Frames, Kinematics
 from ..model.objects import ObjectModel
 from ..model.solids import convex_solids
+from ..model.stacked import stacks_of
 from ..model.surface import Patch, free_contour, is_on_unknown, meeting_contour, patches_of
 from .across_kernels import Tipped
 from .compiled_surface import compiled_surface, surface_limits
@@ -54,6 +55,7 @@ class SpatialModel:
         self.is_on_unknown = is_on_unknown(self.patches)
         self.component = np.array([p.component for p in self.patches])
         self.is_marker = np.array([p.marker is not None for p in self.patches])
+        self.stack = stacks_of(self.patches)
         self.normal = np.array([p.normal for p in self.patches])
         self.centre = np.array([p.inside.mean(axis=0) for p in self.patches])
         self.area = np.array([p.area for p in self.patches])
@@ -97,8 +99,8 @@ class SpatialModel:
 
     @cached_property
     def by_component(self) -> tuple[np.ndarray, np.ndarray]:
-        """(P,) patches by component, and where those of each one begin: (C + 1,)."""
-        order = np.argsort(self.component, kind="stable")
+        """(P,) patches by component, those of a stack side by side, and where those of each one begin: (C + 1,)."""
+        order = np.lexsort((self.stack, self.component))
         return order, np.searchsorted(self.component[order], np.arange(len(self.kinematics.parent) + 1))
 
     @cached_property
@@ -116,9 +118,15 @@ class SpatialModel:
         return count, each
 
     @cached_property
+    def stacks(self) -> bool:
+        """Whether any markers lie on each other, of which one at a time is there."""
+        return bool((self.stack >= 0).any())
+
+    @cached_property
     def choices(self) -> Array:
-        """(C,) logarithms of how many classes each component's markers may be of."""
-        return np.asarray(np.log([len(own) for own in self.labels]), np.float64)
+        """(C,) logarithms of how many classes each component's markers may be of, and of how many lie on each other."""
+        views = [max(np.bincount(self.stack[m] + 1)[1:], default=1) for m in self.markers_of]
+        return np.asarray(np.log([len(own) * n for own, n in zip(self.labels, views, strict=True)]), np.float64)
 
     @cached_property
     def may_show(self) -> NDArray[np.bool_]:
@@ -194,7 +202,7 @@ class SpatialModel:
     @cached_property
     def open_contour(self) -> NDArray[np.bool_]:
         """(M, m) contour points beyond which there is no other marker of the object."""
-        return free_contour(self.model, self.patches, own_class=False) & (self.meeting < 0)
+        return free_contour(self.model, self.patches, self.stack, own_class=False) & (self.meeting < 0)
 
     @cached_property
     def stand_apart(self) -> NDArray[np.bool_]:
@@ -273,6 +281,13 @@ class SpatialModel:
         looked, surface = (occlusion, covered and self.overlaps), self._hidden_by_rigid if rigid else self.compiled
         score_patches(surface, self.kinematics.chain, R, t, q, patches, view, self.limits, *looked, *out.arrays)
         return out
+
+    def there(self, frame: ImageFrame, poses: Poses) -> NDArray[np.bool_]:
+        """(H, M) which markers are there: of those that lie on each other the one that the labels like best."""
+        single = self.stack[self.markers] < 0
+        if single.all():
+            return np.ones((len(poses), len(single)), bool)
+        return np.asarray(single | (self.score(frame, poses, self.markers, occlusion=True).area_px > 0))
 
     def search_joints(self, frame: ImageFrame, poses: Poses, grids: Array) -> Poses:
         """Each joint in its parents' order at the value, of its row of `grids` (J, n; NaN ends it), at which the labels

@@ -12,7 +12,7 @@ from ..geometry.pixel_kernels import LabelView, locate, locate_level, turned
 from ..model.chain_kernels import Chain, place_seen
 from .covering_kernels import COVERED, cover
 from .hiding_kernels import ALL_BOXES, bit_of, boxes_in_camera, boxes_in_front, hide
-from .sharing_kernels import explain_once
+from .sharing_kernels import choose_of_stacks, explain_once
 from .surface_kernels import (
     LEAST_DEPTH_M,
     MOST_LENGTH,
@@ -91,13 +91,17 @@ def score_patches(
     """
     room, scratch, n_c = room_of(s), np.empty((3, 3, 3)), len(chain.parent)
     frames_R, frames_t, joints = np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((2, q.shape[1], 3))
-    all_moved, near = np.ones(n_c, np.bool_), np.empty(len(patches), np.int64)
+    all_moved, near, column = np.ones(n_c, np.bool_), np.empty(len(patches), np.int64), np.empty(len(s.area), np.int64)
+    column[:] = -1
+    for i in range(len(patches)):
+        column[patches[i]] = i
     for h in range(len(R)):
         place_seen(chain, R[h], t[h], q[h], frames_R, frames_t, joints[0], joints[1], scratch)
         if covered:
             cover(s, frames_R, frames_t, view, limits, room)
         scores = Scores(votes[h], area_px[h], agree[h], near)
         score_hypothesis(s, frames_R, frames_t, patches, all_moved, view, limits, occlusion, room, scores)
+        choose_of_stacks(s, column, scores.votes, scores.area_px, scores.agree)
         if len(patches) == len(s.area):
             f2 = view.K[0, 0] * view.K[1, 1]
             explain_once(

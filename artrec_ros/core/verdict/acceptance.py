@@ -92,9 +92,10 @@ def _criteria_of(finder: WholeObjectFinder, *, in_colour: bool) -> Criteria:
 
 
 def _of_several(confirmed: Array, surface: SpatialModel) -> Array:
-    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes than
-    those of one, of which the curves are. It may show any combination of the classes of what is confirmed, but each of
-    these may be there, too: as many times as a component has classes, in the mean. All of them counted: robots with
+    """(H,) how many times as easily chance bears out objects whose components may be of one of several classes, or show
+    one of several markers that lie on each other, than those of one, of which the curves are. It may show any
+    combination of these of what is confirmed, but each may be there, too: as many times as a component has classes and
+    views, in the mean. All of them counted: robots with
     three patches, each of several classes, seen in bad light, 19 told of 160 in place of 86.
 
     :param confirmed: (H, C)

@@ -146,6 +146,8 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
         if finder.rest.regions is not None and frame.image is not None:
             even = finder.rest.regions.evenness(frame, poses)
         seen = Seen(full_px, even)
+    if finder.surface.stacks:
+        seen = seen._replace(full_px=_of_what_is_there(finder.surface.stack, scores.area_px, seen.full_px))
     anchors = finder.required.anchors(poses)
     depth_m = np.ascontiguousarray(anchors[:, 2])
     scale = frame.camera.focal_px / np.maximum(depth_m, 1e-6)
@@ -155,6 +157,21 @@ def claims_of(finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: 
     known = _known(finder, frame, anchors)
     votes = finder.voter.total(scores)
     return Claims(finder, poses, votes, scores, seen, frame, depth_m, scale, known, misplaced)
+
+
+def _of_what_is_there(stack: NDArray[np.int64], area_px: Array, full_px: Array) -> Array:
+    """(H, P) `Seen.full_px`, where of markers that lie on each other another one is there once nobody owns pixels: of
+    the one that is seen.
+
+    :param stack: (P,) see `stacks_of`.
+    """
+    out = full_px.copy()
+    for which in np.unique(stack[stack >= 0]):
+        mine = stack == which
+        area = area_px[:, mine]
+        seen = (area > 0).any(axis=1, keepdims=True)
+        out[:, mine] = np.where(seen, np.where(area > 0, np.maximum(area, full_px[:, mine]), 0.0), full_px[:, mine])
+    return out
 
 
 def swollen(claims: Claims, larger: WholeObjectFinder) -> Claims:

@@ -241,12 +241,12 @@ def out_of_sight(s: Surface, said: Said, by: Criteria, h: int, A: Any, b: Any, v
 
 @lean
 def bears_others(
-    s: Surface, by: Criteria, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
+    s: Surface, said: Said, by: Criteria, h: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, room: Room
 ) -> bool:  # fmt: skip
     """Whether some marker of the required component, in a frame (3, 3), (3,), shows another class: then it is not the
     labels that are gone, but it is not there."""
     for p in range(len(s.component)):
-        if s.component[p] != by.root or s.marker_of[p] < 0:
+        if s.component[p] != by.root or s.marker_of[p] < 0 or (s.stack[p] >= 0 and said.area_px[h, p] <= 0.0):
             continue
         cosine, _, _, depth = aspect(s, p, A, b)
         if cosine <= limits.least_cosine or depth <= LEAST_DEPTH_M:
@@ -343,7 +343,7 @@ def examine(
         if found.case[h] == BORNE_OUT and not found.confirmed[h, by.root]:
             if out_of_sight(s, said, by, h, A, b, view):
                 found.case[h] = UNSEEN
-            elif by.fades and not bears_others(s, by, A, b, view, limits, room):
+            elif by.fades and not bears_others(s, said, by, h, A, b, view, limits, room):
                 found.case[h] = FADED
             if found.case[h] != BORNE_OUT:
                 stand_in(s, said, by, h, frames_R, frames_t, rims, found)

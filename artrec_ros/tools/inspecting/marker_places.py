@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -22,8 +21,6 @@ ONE_WAY = 0.7
 _SAMPLES = 96  # of an outline
 _DRAWN_PX = 100  # extent of outlines that are laid on each other
 _COVERED = 0.1  # of the smaller one: whose outlines have so much in common are not there at once
-_ON_EACH_OTHER = 0.5  # of the smaller one: with less they may be one outline that is made of two
-_SAME_WAY = 0.94  # cosine: sides of a foot that stand less than 20 degrees apart are one
 
 
 class Placed(NamedTuple):
@@ -63,25 +60,20 @@ def placed(model: ObjectModel) -> list[Placed]:
     return known
 
 
-def places(known: Sequence[Placed], linked: Callable[[Placed, Placed], bool]) -> dict[str, int]:
-    """A number for each marker, the same of alternatives: of one component, and linked, for they face one way and lie
-    on each other, directly or by others. They are views of one thing, of which one at a time is there."""
+def places(known: Sequence[Placed]) -> dict[str, int]:
+    """A number for each marker, the same of alternatives: of one component that face one way and lie on each other,
+    directly or by others. They are views of one thing, of which one at a time is there."""
     place = {m.name: n for n, m in enumerate(known)}
     for a, b in combinations(known, 2):
-        if a.component == b.component and not a.is_of_solid and linked(a, b):
+        if a.component == b.component and not a.is_of_solid and _cover(a, b):
             joined = place[b.name]
             place = {name: place[a.name] if n == joined else n for name, n in place.items()}
     return place
 
 
-def cover(a: Placed, b: Placed) -> bool:
+def _cover(a: Placed, b: Placed) -> bool:
     """Whether two markers that face one way have much of their areas in common."""
     return bool(a.normal @ b.normal > ONE_WAY) and _in_common(a, b) > _COVERED
-
-
-def _same_place(a: Placed, b: Placed) -> bool:
-    """Whether two markers are seen at once, in one place, by all that is expected of a whole object."""
-    return bool(a.normal @ b.normal > _SAME_WAY) and _in_common(a, b) > _ON_EACH_OTHER
 
 
 def _in_common(a: Placed, b: Placed) -> float:
@@ -104,31 +96,3 @@ def _drawn(markers: Sequence[Placed]) -> NDArray[np.bool_]:
     for mask, points in zip(masks, flat, strict=True):
         cv2.fillPoly(mask, [np.rint((points - low) / (high - low).max() * _DRAWN_PX).astype(np.int32)], 1)
     return np.asarray(masks > 0)
-
-
-class Rivals(NamedTuple):
-    """Markers of one component that lie on each other, those of them that may not show alone, and how many more
-    components have such of the same names."""
-
-    names: list[str]
-    beaten: list[str]
-    more: int
-
-
-def rivals(known: Sequence[Placed]) -> Iterator[Rivals]:
-    """Alternatives of which a whole object is expected to show all, so that some that show alone are outvoted.
-
-    Of each marker that faces the camera what bears its class counts for it and what does not against it.
-    """
-    place, groups = places(known, _same_place), defaultdict[int, list[Placed]](list)
-    for m in known:
-        groups[place[m.name]].append(m)
-    alike = defaultdict[tuple[str, ...], list[Rivals]](list)
-    for group in (g for g in groups.values() if len(g) > 1):
-        names, covered = [m.name for m in group], _drawn(group).reshape(len(group), -1).astype(float)
-        common = covered @ covered.T  # (n, n) pixels that one and another cover
-        lost = (2 * common - common.diagonal()).sum(axis=1) < 0
-        if lost.any():
-            beaten = [name for name, is_lost in zip(names, lost, strict=True) if is_lost]
-            alike[tuple(name.partition("/")[2] for name in names)].append(Rivals(names, beaten, 0))
-    yield from (own[0]._replace(more=len(own) - 1) for own in alike.values())

@@ -11,7 +11,7 @@ from ...core.geometry.polygons import distance_to_outline
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import ObjectModel
 from ...core.model.surface import ASLANT, MEETING
-from .marker_places import ONE_WAY, Placed, cover, placed, places, rivals
+from .marker_places import ONE_WAY, Placed, placed, places
 
 _LISTED = 6  # names on a line
 _ALONG = 0.08  # along such a share of its outline, adjoins
@@ -60,13 +60,6 @@ def _of_markers(model: ObjectModel) -> Iterator[str]:
             "each a component of its own, without joint (on what a joint moves, with a fixed one): so they bear each "
             f"other out; where one at a time is there indeed, {_ONE_OF_THEM}"
         )
-    for own in rivals(known):
-        more = f" (and those of {own.more} more component{'s' * (own.more > 1)})" if own.more else ""
-        yield (
-            f"warning: {shortened(own.names)}{more} lie on each other and face one way: an object found as a whole is "
-            f"expected to show them all, so that where {' or '.join(own.beaten)} shows alone more speaks against it "
-            f"than for it; {_ONE_OF_THEM}"
-        )
 
 
 def split_sides(model: ObjectModel) -> Iterator[str]:
@@ -88,7 +81,7 @@ def split_sides(model: ObjectModel) -> Iterator[str]:
 def _adjoining(known: list[Placed]) -> list[list[str]]:
     """Groups of markers of one class that meet along an edge; but for alternatives, and for sides that meet at an
     angle: those of one component are looked for together, of others `split_sides` tells."""
-    place = places(known, cover)
+    place = places(known)
 
     def beside(a: Placed, b: Placed) -> bool:
         if place[a.name] == place[b.name]:
@@ -127,7 +120,7 @@ def _meet(a: Placed, b: Placed) -> bool:
 def _seen_together(known: list[Placed]) -> list[list[str]]:
     """Of each component those of its markers that face the way another one of it faces, and neither meet that nor are
     alternatives of it."""
-    place, found = places(known, cover), dict[int, list[str]]()
+    place, found = places(known), dict[int, list[str]]()
     for a, b in combinations(known, 2):
         same = a.component == b.component and place[a.name] != place[b.name]
         if same and not a.is_of_solid and a.normal @ b.normal > ONE_WAY and not _meet(a, b):

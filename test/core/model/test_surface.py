@@ -10,6 +10,7 @@ from solids import BODY, CAB, FRONT, RED, marker, rectangle, sign, truck
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
+from artrec_ros.core.model.stacked import stacks_of
 from artrec_ros.core.model.surface import (
     CONTOUR_POINTS,
     contains,
@@ -153,7 +154,7 @@ def ring_of(model, label=RED):
     """Marker name -> (m, 2) its contour's points in the plane of z = 0 and which of them are open."""
     patches = patches_of(model, label)
     markers = [p for p in patches if p.marker is not None]
-    out = free_contour(model, patches, own_class=True)
+    out = free_contour(model, patches, stacks_of(patches), own_class=True)
     assert out.shape == (len(markers), CONTOUR_POINTS) and out.dtype == bool
     return {p.marker.name: (p.contour[:, :2], row) for p, row in zip(markers, out, strict=True)}
 
@@ -187,6 +188,7 @@ def test_markers_that_move_or_lie_apart_or_below_leave_rings_open():
 def test_where_any_other_marker_begins_the_contour_is_not_free():
     """Of whichever class: what colours lie around an object begins beyond all of its markers."""
     model = squares.robot()
-    alike, any_class = (free_contour(model, patches_of(model, 1), own_class=own) for own in (True, False))
+    patches = patches_of(model, 1)
+    alike, any_class = (free_contour(model, patches, stacks_of(patches), own_class=own) for own in (True, False))
     assert (any_class <= alike).all() and any_class.sum() < alike.sum()
     assert any_class.any(axis=1).all()  # each part has an outer side

@@ -37,7 +37,8 @@ def unlike_markers(surface: SpatialModel, component: int) -> list[int]:
 
 def _alike(marker: Placed, there: Placed, every: list[Placed], layout: Layout, corners: _Corners) -> bool:
     R, t = moves_onto(marker, there, turns_on(marker, there, every))
-    roughly = np.flatnonzero(layout.alike(R, t).any(axis=1).all(axis=1))
+    on: NDArray[np.bool_] = np.asarray(layout.alike(R, t).any(axis=1))
+    roughly = np.flatnonzero(on.all(axis=1))
     return any(corners.stay(R[n], t[n]) for n in roughly.tolist())
 
 

@@ -54,6 +54,7 @@ def add_parser(subparsers: Any) -> None:
         "--params-file", type=path, action="append", default=[], metavar="NODE.yaml",
         help="a parameter file, as other commands take it; the same as to name it as PATH",
     )  # fmt: skip
+    p.add_argument("--camera-info", type=path, metavar="FILE.yaml", help="a calibration, likewise")
     p.add_argument("--images", type=path, metavar="DIR", help="where annotated images lie (default: beside each file)")
     p.add_argument(
         "--scene",
@@ -66,7 +67,8 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Exit code 1 where something is wrong or does not fit."""
-    paths = list(dict.fromkeys([*args.params_file, *args.paths]))
+    cameras = [] if args.camera_info is None else [args.camera_info]
+    paths = list(dict.fromkeys([*args.params_file, *args.paths, *cameras]))
     if not paths:
         raise ConfigError("name what to look into: PATH, or --params-file")
     if args.scene is not None:

@@ -130,8 +130,8 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
     parser = OneLineParser(prog="artrec", description="Recognise articulated objects by their markers.")
     parser.add_argument("--version", action="version", version=f"artrec {__version__}")
     parser.add_argument("--debug", action="store_true", help="show a traceback with an error")
-    subparsers = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     called = _called(arguments)
+    subparsers = parser.add_subparsers(metavar="COMMAND", required=called not in COMMANDS)
     for command, summary in COMMANDS.items():
         if command == called:
             module = importlib.import_module(NEEDING_ROS.get(command, f"{__package__}.{command.replace('-', '_')}"))
@@ -140,15 +140,16 @@ def _parse(arguments: list[str]) -> argparse.Namespace:
             chosen.formatter_class, chosen.epilog = HelpFormatter, epilog(command, chosen.epilog)
             chosen.set_defaults(run=module.run)
             # --debug is as good behind the command as before it
-            subparsers.choices[command].add_argument(
-                "--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS
-            )
+            chosen.add_argument("--debug", action="store_true", default=argparse.SUPPRESS, help=argparse.SUPPRESS)
         else:
             subparsers.add_parser(command, help=summary)
-    args, unknown = parser.parse_known_args(arguments)
-    if unknown:  # argparse would name the help of `artrec` itself, which helps no one
-        subparsers.choices[args.command].error(f"unrecognized arguments: {' '.join(unknown)}")
-    return args
+    if called not in COMMANDS:
+        return parser.parse_args(arguments)  # help, the version, or what is wrong
+    place = arguments.index(called)
+    args = parser.parse_args(arguments[:place])
+    # by the command's own parser: else argparse would let no positionals stand between options, and name the help of
+    # `artrec` itself, which helps no one
+    return subparsers.choices[called].parse_intermixed_args(arguments[place + 1 :], args)
 
 
 if __name__ == "__main__":

@@ -17,7 +17,7 @@ import pytest
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.tools import main as command_line
 from artrec_ros.tools import train
-from artrec_ros.tools.main import COMMANDS, INTERRUPTED, main
+from artrec_ros.tools.main import COMMANDS, INTERRUPTED, _parse, main
 
 TRAIN = ["train", "--object", "none.yaml", "--annotations", "none.json", "-o", "out.yaml"]
 
@@ -48,9 +48,25 @@ def test_wrong_usage_is_2(arguments: list[str], capsys: pytest.CaptureFixture[st
 
 
 def test_an_option_of_another_command_leads_to_the_help_of_this_one(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["inspect", "p.yaml", "--camera-info", "camera.yaml"]) == 2
+    assert main(["inspect", "p.yaml", "--rate", "15"]) == 2
     error = capsys.readouterr().err
-    assert error.startswith("artrec inspect: error: unrecognized arguments: --camera-info camera.yaml; artrec inspect ")
+    assert error.startswith("artrec inspect: error: unrecognized arguments: --rate 15; artrec inspect --help")
+
+
+def test_positionals_may_stand_between_options() -> None:
+    words = ["replay", "bag_0", "--params-file", "node.yaml", "bag_1", "--rate", "15", "bag_2", "-o", "out", "--debug"]
+    args = _parse(["--debug", *words])
+    assert [str(path) for path in args.sources] == ["bag_0", "bag_1", "bag_2"]
+    assert (args.debug, args.rate, str(args.output)) == (True, 15.0, "out")
+
+
+@pytest.mark.parametrize("arguments", [["replay", "--params-file", "p.yaml"], ["train", "a", "-o", "b", "--object"]])
+def test_what_is_missing_or_too_much_is_told_by_the_command(
+    arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(arguments) == 2
+    error = capsys.readouterr().err
+    assert error.startswith(f"artrec {arguments[0]}: error: ") and len(error.splitlines()) == 1
 
 
 def test_failure_is_1_and_one_line(capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,9 +8,11 @@ import pytest
 import yaml
 from inspections import CONFIG, STAMP, inspect, write_bag, write_truth
 
+from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.inventory import inventory
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.io.parameters.parameter_file import load_parameters
+from artrec_ros.simulation.simulator import pinhole_camera
 from artrec_ros.tools import getting_ready
 from artrec_ros.tools.inspecting.oddities import oddities
 from artrec_ros.tools.main import main
@@ -77,6 +79,15 @@ def test_what_takes_long_is_shown(tmp_path, config, capsys, monkeypatch):
     main(["inspect", str(config / "excavator.yaml"), str(write_bag(tmp_path / "bag")), str(truth)])
     assert looked == ["looking into", "reading", "reading stamps"]
     assert "compiling, once on a machine" in capsys.readouterr().err
+
+
+def test_a_calibration_may_be_named_as_replay_wants_it(tmp_path, config, capsys):
+    camera = tmp_path / "camera.yaml"
+    camera.write_text(camera_yaml(pinhole_camera((64, 48), 60)))
+    named, placed = (
+        inspect(capsys, config / "excavator.yaml", *words) for words in (["--camera-info", camera], [camera])
+    )
+    assert named == placed and "calibration, 64x48" in named[1]
 
 
 def test_that_a_file_is_not_there_is_said_once(tmp_path, capsys):

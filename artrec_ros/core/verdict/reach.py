@@ -17,7 +17,7 @@ _ROUNDING = 1 + 1e-6  # a fit that a limit holds comes to lie on it
 class Reach:
     """The limits of `RecognizerConfig`, as `range_limits` has them together; a greatest one of 0 means any.
 
-    :param min_range_m, max_range_m: of the required component, along the optical axis.
+    :param min_range_m, max_range_m: of the middle of the required component, along the optical axis.
     :param min_scale, max_scale: pixels per metre there.
     """
 
@@ -42,9 +42,9 @@ class Reach:
     def reason(self, depth_m: float, scale: float) -> str | None:
         """Why an object is out of it; None where it is not, and of a NaN."""
         if depth_m * _ROUNDING < self.min_range_m:
-            return f"{depth_m:.3g} m away, nearer than min_range_m {self.min_range_m:g}"
+            return f"its required component is {depth_m:.3g} m away, nearer than min_range_m {self.min_range_m:g}"
         if 0 < self.max_range_m * _ROUNDING < depth_m:
-            return f"{depth_m:.3g} m away, beyond max_range_m {self.max_range_m:g}"
+            return f"its required component is {depth_m:.3g} m away, beyond max_range_m {self.max_range_m:g}"
         if scale * _ROUNDING < self.min_scale:
             return f"{scale:.3g} px/m, below min_scale {self.min_scale:g}"
         if 0 < self.max_scale * _ROUNDING < scale:

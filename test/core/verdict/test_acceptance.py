@@ -239,8 +239,8 @@ def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_m
 @pytest.mark.parametrize(
     "limits, reason",
     [
-        ({"max_range_m": 2.5}, "2.9 m away, beyond max_range_m 2.5"),
-        ({"min_range_m": 3.0}, "2.9 m away, nearer than min_range_m 3"),
+        ({"max_range_m": 2.5}, "its required component is 2.9 m away, beyond max_range_m 2.5"),
+        ({"min_range_m": 3.0}, "its required component is 2.9 m away, nearer than min_range_m 3"),
         ({"min_scale": 120.0}, "100 px/m, below min_scale 120"),
         ({"max_scale": 80.0}, "100 px/m, above max_scale 80"),
         ({"min_range_m": 2.0, "max_range_m": 3.0, "min_scale": 90.0, "max_scale": 110.0}, None),

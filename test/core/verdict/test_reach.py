@@ -25,8 +25,8 @@ def test_a_reason_is_given_beyond_the_limits_that_a_search_has(limits):
 
 def test_a_reason_names_the_limit_and_what_was_found():
     reach = Reach(min_range_m=0.5, max_range_m=2.5, min_scale=100.0, max_scale=800.0)
-    assert reach.reason(2.9, 200.0) == "2.9 m away, beyond max_range_m 2.5"
-    assert reach.reason(0.4, 200.0) == "0.4 m away, nearer than min_range_m 0.5"
+    assert reach.reason(2.9, 200.0) == "its required component is 2.9 m away, beyond max_range_m 2.5"
+    assert reach.reason(0.4, 200.0) == "its required component is 0.4 m away, nearer than min_range_m 0.5"
     assert reach.reason(2.0, 90.0) == "90 px/m, below min_scale 100"
     assert reach.reason(2.0, 900.0) == "900 px/m, above max_scale 800"
     assert reach.reason(2.0, 200.0) is None

@@ -83,7 +83,8 @@ class RecognizerConfig:
     )
     min_range_m: float = param(
         0.0,
-        "least distance to look for, along the optical axis; calibrated images only",
+        "least distance to look for, of the middle of the required component, along the optical axis; the z of a pose "
+        "is that of the object's own frame and may be less or more; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),
@@ -91,7 +92,7 @@ class RecognizerConfig:
     )
     max_range_m: float = param(
         0.0,
-        "greatest distance to look for, along the optical axis; 0: any; calibrated images only",
+        "greatest distance to look for, measured as min_range_m; 0: any; calibrated images only",
         unit="m",
         low=0,
         paths=("plane", "space"),

@@ -115,7 +115,8 @@ class FloorConfig:
     )
     object_height_m: float = param(
         0.0,
-        "height of objects' own frames above the floor as they stand on it; z of these is up",
+        "height above the floor of every object's own frame as it stands there, with z up: one number for all objects; "
+        "where they are of several kinds, put the origin of each object file on the floor, and leave 0",
         unit="m",
         low=-_LIMIT_M,
         high=_LIMIT_M,

@@ -48,6 +48,7 @@ def report(
     yield f"blur_px: {learned.image.blur_px:g}"
     yield f"sharpen_px: {learned.image.sharpen_px}"
     yield from _advice(learned)
+    yield from _advice_on_strays(learned)
     yield from _advice_on_outlines(learned, scales, beyond_px)
     yield from _advice_on_bodies(learned, bodies)
 
@@ -111,6 +112,17 @@ def _advice(learned: Learned) -> Iterator[str]:
                     f"{other} takes {share:.0%} of '{name}'. {why}it is too like: choose another colour, or "
                     f"lower image.{other}.spread ({learned.image.classes[other].spread:g})"
                 )
+
+
+def _advice_on_strays(learned: Learned) -> Iterator[str]:
+    """A line for each reference that may have come from something else."""
+    for stray in learned.strays:
+        where = f", most of all in {stray.where}" if stray.where is not None else ""
+        yield (
+            f"{stray.name}'s reference {_colours(stray.rgb)} has another hue than most of it, {_colours(stray.usual)}, "
+            f"and stands for {stray.share:.1%} of its pixels{where}. Where that is not {stray.name}, keep it out: mark "
+            "smaller regions, or mark it as one of a category of its own, which is background"
+        )
 
 
 def _advice_on_outlines(learned: Learned, scales: Array | None, beyond_px: Mapping[int, float]) -> Iterator[str]:

@@ -10,6 +10,7 @@ from ..core.base.config import ClassConfig, ImageConfig
 from ..core.learning.colour_learning import Learned, choose_sharpening, learn_colours
 from ..core.learning.outline_reach import rings_px
 from .colour_samples import Samples, Told
+from .stray_colours import strays
 from .taken_regions import mostly_in
 
 _SHARPEN_PX = 1
@@ -34,7 +35,8 @@ def learn_from(
     image = sharpened(replace(learned.image, classes={**ranged, **learned.image.classes}), told)
     rings = rings_px(image, ((*pair, outlines) for pair, outlines in zip(told.pairs, told.exact, strict=False)))
     mostly = mostly_in(told, image, learned.confusion)
-    return replace(learned, image=told.as_seen(image), rings_px=rings, mostly_in=mostly)
+    odd = strays(samples, told, learned.image)
+    return replace(learned, image=told.as_seen(image), rings_px=rings, mostly_in=mostly, strays=odd)
 
 
 def sharpened(image: ImageConfig, told: Told) -> ImageConfig:

@@ -31,26 +31,26 @@ def mostly_in(
     for name in confusion.keys() - image.classes.keys():
         for other in image.classes:
             if confusion[name].get(other, 0.0) >= MUCH:
-                taken = list(_taken(told, image, name, image.classes[other].label))
-                where, most = max(taken, key=lambda region: region[1], default=("", 0.0))
-                if most > _MOST * sum(pixels for _, pixels in taken):
+                parts = list(taken(told, image, name, image.classes[other].label))
+                where, most = max(parts, key=lambda region: region[1], default=("", 0.0))
+                if most > _MOST * sum(pixels for _, pixels in parts):
                     found[name, other] = where
     return found
 
 
-def _taken(told: Told, image: ImageConfig, name: str, label: int) -> Iterator[tuple[str, float]]:
-    """Each region of a background, and how many of its samples get a label."""
+def taken(told: Told, image: ImageConfig, name: str, label: int) -> Iterator[tuple[str, float]]:
+    """Each region of a category, and how many of its samples get a label."""
     for marked in told.marked:
         outlines = [outline for category, outline in marked.regions if category == name]
         if not outlines:
             continue
         colours, numbers = told.read(marked, defaultdict(int, {name: 1}))
         drawn = sampled(numbers == 1, told.camera.blur_px)
-        taken = np.zeros(drawn.shape, bool)
-        taken[drawn] = named(image, packed(colours[drawn][None])[0]) == label
+        own = np.zeros(drawn.shape, bool)
+        own[drawn] = named(image, packed(colours[drawn][None])[0]) == label
         share = min(1.0, KEPT_PER_IMAGE / max(int(drawn.sum()), 1))
         for outline in outlines:
-            yield _called(marked, outline), share * int((taken & covered(outline, taken.shape)).sum())
+            yield _called(marked, outline), share * int((own & covered(outline, own.shape)).sum())
 
 
 def _called(marked: MarkedImage, outline: Array) -> str:

@@ -179,6 +179,11 @@ def as_grey(bgr: Colours, spread: float, noise: float) -> Colours:
     return np.asarray(np.add(*deviation(bgr, _GREYS, spread, noise)).min(axis=0), np.float32)
 
 
+def is_grey(reference: Colours, spread: float, noise: float) -> bool:
+    """Whether a reference colour (3,) is one, and its hue chance."""
+    return bool(deviation(reference[None], _GREYS, spread, noise)[0].min() <= _GREY**2)
+
+
 def cost_of(
     bgr: Colours, reference: Colours, cls: ClassConfig, config: ImageConfig, grey: Colours
 ) -> tuple[Colours, Colours]:
@@ -198,7 +203,7 @@ def cost_of(
     cost = every.min(axis=0)
     np.putmask(every, squared > config.max_deviation**2, np.inf)
     held = every.min(axis=0)
-    if deviation(reference[None], _GREYS, cls.spread, config.noise)[0].min() > _GREY**2:
+    if not is_grey(reference, cls.spread, config.noise):
         cost += 2 * np.logaddexp(0, (as_own - grey) / 2)
         held = np.where(grey < as_own, np.inf, held)
     return cost.astype(np.float32), held.astype(np.float32)

@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import product
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -32,6 +33,20 @@ Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR
 Samples = Mapping[str, NDArray[np.uint8]]
 
 
+class Stray(NamedTuple):
+    """A reference colour of another hue than most of its class, which stands for few of its pixels.
+
+    :param rgb, usual: it, and the reference that stands for most. :param share: of the class' samples.
+    :param where: the region that holds most of them, where regions were marked.
+    """
+
+    name: str
+    rgb: tuple[int, int, int]
+    usual: tuple[int, int, int]
+    share: float
+    where: str | None
+
+
 @dataclass(frozen=True)
 class Learned:
     """What was learned.
@@ -41,6 +56,7 @@ class Learned:
     :param samples: class -> number of its samples.
     :param rings_px: classes that go on just beyond their outlines all around -> how far, pixels.
     :param mostly_in: background and the class that takes much of it -> the one region, where one holds most of that.
+    :param strays: references that may be of something else.
     """
 
     image: ImageConfig
@@ -48,6 +64,7 @@ class Learned:
     samples: Mapping[str, int]
     rings_px: Mapping[str, float] = field(default_factory=dict)
     mostly_in: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    strays: Sequence[Stray] = ()
 
 
 def sample_colours(

@@ -173,3 +173,24 @@ def test_where_one_box_holds_most_of_what_is_taken_it_is_named(folder: Path, ove
     assert learn(folder, *from_regions(folder)) == 0
     (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("red takes")]
     assert f"of 'floor'. {said}" in line and line.endswith("or lower image.red.spread (0.08)")
+
+
+@pytest.mark.parametrize("way", [from_labels, from_regions])
+@pytest.mark.parametrize("shown", [(40, 200, 60), None])
+def test_a_reference_of_something_else_in_few_of_a_class_pixels_is_told(folder: Path, way, shown, capsys) -> None:
+    """Something green over a tenth of the blue patch is no shade of blue, as a darker part of it is."""
+    for n in range(3):
+        path = str(folder / "images" / f"{n}.png")
+        image = cv2.imread(path)
+        part = image[26:34, 55 : 58 if n else 62]
+        part[:] = part // 2 if shown is None else np.array(shown[::-1], np.uint8)
+        cv2.imwrite(path, image)
+    assert learn(folder, *way(folder)) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if "another hue" in line]
+    if shown is None:
+        assert lines == []
+        return
+    (line,) = lines
+    assert line.startswith("blue's reference 40,200,60 has another hue than most of it, ")
+    assert ("most of all in 0.png [50, 20, 20, 20] (x, y, width, height)" in line) == (way is from_regions)
+    assert "mark smaller regions, or mark it as one of a category of its own" in line

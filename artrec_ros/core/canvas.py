@@ -23,6 +23,7 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 _TEXT_WIDTH_PX = 640  # of a picture whose text and lines have their usual size; in wider ones they grow
 _USUAL, _SMALL = 0.45, 0.35  # sizes of names and of faint texts
 _AWAY = (0, 1, 2, 3, 5, 7)  # how far a text may lie from its object, in its own heights
+_CLEAR = 2  # such heights about a cross are free of reasons: it stands on what they speak of, of which no size is known
 _SHIFT = 4  # cv2's sub-pixel bits
 _LINE_LETTERS = 46  # of a reason
 
@@ -75,15 +76,15 @@ class Canvas:
         box[:] = box // 3
         cv2.putText(self.picture, text, corner, _FONT, size, colour, thick, cv2.LINE_AA)
 
-    def label(self, lines: Sequence[str], about: Area, colour: Colour, size: float) -> bool:
+    def label(self, lines: Sequence[str], about: Area, colour: Colour, size: float, least: int = 0) -> bool:
         """Text beside an area where it covers no object and no other text; False: there is no room near by.
 
-        A thin line leads from text that lies apart to what it belongs to.
+        A thin line leads from text that lies apart to what it belongs to. :param least: heights that it lies off.
         """
         sizes = [self._extent(line, size) for line in lines]
         step = max(height for _, height in sizes)
         width, height = max(width for width, _ in sizes), step * len(lines)
-        for gap in _AWAY:
+        for gap in (away for away in _AWAY if away >= least):
             for area in about.neighbours(width, height, self._line * 4 + gap * step):
                 if area.is_in(self.picture.shape) and not any(area.meets(other) for other in self._taken):
                     if gap > 1:
@@ -162,17 +163,26 @@ class Canvas:
         if not self.label([f"{name}: {detection.score:.2f}{class_text(detection)}"], about, colour, _USUAL):
             self.label([name], about, colour, _SMALL)
 
-    def rejection(self, rejection: Rejection, others: int, in_any_case: bool) -> None:
-        """A cross, and the whole reason beside it or, if it is wanted in any case, along the bottom."""
+    def cross(self, rejection: Rejection) -> None:
+        """Where a candidate was turned down; reasons shall not cover what is there."""
+        area = self._cross(rejection)
+        cv2.drawMarker(
+            self.picture, area.middle, _FAINT, cv2.MARKER_TILTED_CROSS, area.right - area.left, self._line, cv2.LINE_AA
+        )
+        clear = _CLEAR * self._extent("Ay", _SMALL)[1]
+        self._taken.append(Area(area.left - clear, area.top - clear, area.right + clear, area.bottom + clear))
+
+    def reason(self, rejection: Rejection, others: int, in_any_case: bool) -> None:
+        """The whole reason beside the cross or, if it is wanted in any case, along the bottom."""
+        text = f"{rejection.object}: {rejection.reason}" + (f" (+{others})" if others else "")
+        lines = textwrap.wrap(text, _LINE_LETTERS)
+        if not self.label(lines, self._cross(rejection), _FAINT, _SMALL, _CLEAR) and in_any_case:
+            self.footer(text)
+
+    def _cross(self, rejection: Rejection) -> Area:
         x, y = (int(v) for v in self._at(np.array([rejection.x, rejection.y])))
         reach = round(4.5 * self._unit)
-        cv2.drawMarker(
-            self.picture, (x, y), _FAINT, cv2.MARKER_TILTED_CROSS, 2 * reach, self._line, cv2.LINE_AA
-        )  # fmt: skip
-        text = f"{rejection.object}: {rejection.reason}" + (f" (+{others})" if others else "")
-        lines, about = textwrap.wrap(text, _LINE_LETTERS), Area(x - reach, y - reach, x + reach, y + reach)
-        if not self.label(lines, about, _FAINT, _SMALL) and in_any_case:
-            self.footer(text)
+        return Area(x - reach, y - reach, x + reach, y + reach)
 
 
 @dataclass(frozen=True)

@@ -34,6 +34,7 @@ _NAMED_COLOURS: dict[str, Colour] = {  # BGR, bright: what objects are drawn in 
 _MUTED = 0.75  # brightness of a class, against an object's: outlines stand out
 _LEAST_LENGTH_PX = 600
 _MOST_REJECTIONS = 4
+_NUMBER = re.compile(r"-?\d[\d.]*")  # reasons that differ by these alone say the same
 _NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
 
 
@@ -93,8 +94,14 @@ def draw_result(
         canvas.keep_clear(detection)
     for detection in result.detections:  # names after all outlines: nothing covers them
         canvas.name(detection, colours[detection.object])
-    for n, (rejection, others) in enumerate(_told_rejections(result)):
-        canvas.rejection(rejection, others, in_any_case=n == 0)
+    told = _told_rejections(result)
+    for rejection, _ in told:  # crosses before all reasons: none covers another's
+        canvas.cross(rejection)
+    said = dict[str, tuple[Rejection, int]]()
+    for rejection, others in told:  # the best that says so
+        said.setdefault(_NUMBER.sub("", f"{rejection.object}: {rejection.reason}"), (rejection, others))
+    for n, (rejection, others) in enumerate(said.values()):
+        canvas.reason(rejection, others, in_any_case=n == 0)
     if result.waiting and not (result.detections or result.rejected):  # else nothing would say why
         canvas.footer(f"nothing found; blobs that wait their turn: {result.waiting}")
     return canvas.picture

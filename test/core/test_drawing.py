@@ -138,6 +138,27 @@ def test_reasons_are_told_whole(monkeypatch):
     assert " ".join(long.split()) in told and "..." not in told
 
 
+def test_reasons_that_differ_by_numbers_alone_are_told_once_and_every_place_has_its_cross(monkeypatch):
+    reasons = ("probability 0.31 is below 0.4", "all of it lies in others", "probability 0.05 is below 0.4")
+    places = zip(reasons, (0.3, 0.2, 0.1), (30, 90, 150), strict=True)
+    result = FrameResult((200, 160), rejected=tuple(Rejection("arm", why, score, x, 80) for why, score, x in places))
+    drawn = changed(result)
+    assert all(drawn[80, x] for x in (30, 90, 150))
+    assert [text for text, _, _ in texts(monkeypatch, LABELS, result)] == [f"arm: {why}" for why in reasons[:2]]
+
+
+def test_reasons_keep_off_what_they_speak_of(monkeypatch):
+    """What is turned down may be an object that is missed: each reason lies beside its place and all others."""
+    image, places = np.zeros((480, 640), np.uint8), ((200, 200), (230, 225), (260, 240))
+    whys = ("too small", "too large", "hidden")
+    rejected = (Rejection("arm", w, 0.5, *at) for w, at in zip(whys, places, strict=True))
+    told = texts(monkeypatch, image, FrameResult((640, 480), rejected=tuple(rejected)))
+    assert len(told) == 3
+    for _, (left, top, right, bottom), height in told:
+        for x, y in places:
+            assert max(left - x, x - right, top - y, y - bottom) > 2 * height
+
+
 def test_the_best_candidates_reason_stands_along_the_bottom_where_there_is_no_room_beside_it():
     long = " ".join(["why"] * 400)
     bottom = changed(FrameResult((200, 160), rejected=(Rejection("arm", long, 0.5, 30, 60),)))[130:]

@@ -43,9 +43,9 @@ class Guesser:
         """:param banks: of other components: equal markers of one class on equal bodies share one."""
         banks = {} if banks is None else banks
         self._all, self._config, self._search = config, config.guesses, config.search
-        part, labels = model.components[component], surface.labels[component]
+        part, labels, stands = model.components[component], surface.labels[component], config.scene.floor.is_given
         self.labels, self._none = labels, surface.no_poses
-        self._markers = [part.markers[n] for n in unlike_markers(surface, component)]
+        self._markers = [part.markers[n] for n in unlike_markers(surface, component, stands=stands)]
         inside = surface.table[surface.roles.inside(labels)]
         body = part.body_labels
         ring = surface.table[surface.roles.ring(labels, body)]

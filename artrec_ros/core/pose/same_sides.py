@@ -17,12 +17,16 @@ from .lookalikes import turns_on
 from .surface_model import SpatialModel
 
 _CUBE = np.array(list(product((-1.0, 1.0), repeat=3)))
+_UP = 0.99  # cosine
 _EXACT = 0.01  # corners that come as near to others, as a share of the root of the least marker's area, lie on them
 
 
-def unlike_markers(surface: SpatialModel, component: int) -> list[int]:
+def unlike_markers(surface: SpatialModel, component: int, *, stands: bool) -> list[int]:
     """Numbers of a component's markers, of those that are alike in this way the first; of an object with joints, or
-    with balls, all."""
+    with balls, all.
+
+    :param stands: it stands on a floor, with z up: then those alone are alike that turns about this axis exchange.
+    """
     every = placed_markers(surface)
     mine = [m for m in every if m.component == component]
     if len(mine) < 2 or surface.kinematics.n_joints or surface.sides.balls:
@@ -30,15 +34,18 @@ def unlike_markers(surface: SpatialModel, component: int) -> list[int]:
     corners, kept = _Corners(surface), list[int]()
     layout = Layout(every)
     for n, marker in enumerate(mine):
-        if not any(_alike(marker, mine[k], every, layout, corners) for k in kept):
+        if not any(_alike(marker, mine[k], every, layout, corners, stands=stands) for k in kept):
             kept.append(n)
     return kept
 
 
-def _alike(marker: Placed, there: Placed, every: list[Placed], layout: Layout, corners: _Corners) -> bool:
+def _alike(
+    marker: Placed, there: Placed, every: list[Placed], layout: Layout, corners: _Corners, *, stands: bool
+) -> bool:
     R, t = moves_onto(marker, there, turns_on(marker, there, every))
     on: NDArray[np.bool_] = np.asarray(layout.alike(R, t).any(axis=1))
-    roughly = np.flatnonzero(on.all(axis=1))
+    up = R[:, 2, 2] > _UP
+    roughly = np.flatnonzero(on.all(axis=1) & (up | (not stands)))
     return any(corners.stay(R[n], t[n]) for n in roughly.tolist())
 
 

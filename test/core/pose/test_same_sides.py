@@ -28,18 +28,20 @@ def box(x: float, y: float, z: float):
 
 
 @pytest.mark.parametrize(
-    ("solid", "kinds"),
+    ("solid", "kinds", "standing"),
     [
-        (cylinder_solid(0.06, 0.02, HERE), 2),
-        (box(0.1, 0.1, 0.1), 1),
-        (box(0.1, 0.1, 0.2), 2),
-        (box(0.1, 0.15, 0.2), 3),
-        (box(0.1, 0.104, 0.108), 3),
+        (cylinder_solid(0.06, 0.02, HERE), 2, 3),
+        (box(0.1, 0.1, 0.1), 1, 3),
+        (box(0.1, 0.1, 0.2), 2, 3),
+        (box(0.1, 0.15, 0.2), 3, 4),
+        (box(0.1, 0.104, 0.108), 3, 4),
     ],
     ids=["cylinder", "cube", "pillar", "brick", "almost a cube"],
 )
-def test_sides_of_which_one_is_as_good_as_another(solid, kinds):
-    assert len(unlike_markers(surface_of(solid), 0)) == kinds
+def test_sides_of_which_one_is_as_good_as_another(solid, kinds, standing):
+    """What stands on a floor does not stand there upside down, or on its side, though it looks the same."""
+    assert len(unlike_markers(surface_of(solid), 0, stands=False)) == kinds
+    assert len(unlike_markers(surface_of(solid), 0, stands=True)) == standing
 
 
 def test_what_is_beside_them_tells_sides_apart():
@@ -49,14 +51,14 @@ def test_what_is_beside_them_tells_sides_apart():
         "post", markers, joint=Joint("part", HERE, np.array([0.0, 0.0, 1.0]), 0, 0, "fixed"), bodies=bodies
     )
     hung = Component("post", markers, joint=Joint("part", HERE, np.array([0.0, 0.0, 1.0]), -1, 1), bodies=bodies)
-    assert unlike_markers(surface_of(cube, fixed), 0) != [0]
-    assert unlike_markers(surface_of(cube, hung), 0) == list(range(6))
+    assert unlike_markers(surface_of(cube, fixed), 0, stands=False) != [0]
+    assert unlike_markers(surface_of(cube, hung), 0, stands=False) == list(range(6))
 
 
 def test_a_body_beside_them_does_too():
     markers, bodies = box(0.1, 0.1, 0.1)
     beside = Box(Pose(np.eye(3), np.array([0.1, 0.02, 0.0])), np.array([0.1, 0.02, 0.05]))
-    assert len(unlike_markers(surface_of((markers, (*bodies, beside))), 0)) == 6
+    assert len(unlike_markers(surface_of((markers, (*bodies, beside))), 0, stands=False)) == 6
 
 
 def test_a_cylinder_looks_the_same_turned_by_less_than_one_of_its_flat_sides():

@@ -25,11 +25,13 @@ from .constraints.pairs import PairConstraint
 from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
+from .geometry.projection import project
 from .geometry.transforms import Pose
 from .grouping.packing import pack
 from .image.blobs import Blob, find_blobs
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
+from .model.chain_kernels import face_cameras
 from .model.marker import Marker
 from .model.objects import Box, Component, Joint, ObjectModel
 from .model.target import Target
@@ -39,6 +41,7 @@ from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
 from .pose.poses import Poses
 from .pose.rebends import Rebends
+from .pose.through_middles import Middles
 from .spatial_stage import SpatialStage
 from .verdict.judge import Judge
 from .verdict.nearer import met_by_each
@@ -125,6 +128,14 @@ def _look() -> None:
     ColourFit(finder.surface, finder.config).edges(replace(example().frame, image=image), example().ahead(finder), used)
 
 
+def _go_through() -> None:
+    finder, camera = example().finder(), example().frame.camera
+    poses, patches = example().ahead(finder), finder.surface.markers
+    at = finder.through_middles.places(poses, patches)[0]
+    middles = Middles(patches, project(camera, at), camera.focal_px / at[:, 2])
+    finder.through_middles.begun(camera, poses, middles)
+
+
 def _climb() -> None:
     finder = example().finder()
     finder.warm_up(example().frame, example().ahead(finder))
@@ -141,6 +152,7 @@ def _show() -> None:
     frames, patches = surface.kinematics.seen(poses.R, poses.t, poses.q), surface.markers
     surface.place(frames, surface.centre[patches], surface.component[patches])
     surface.shown(frames, patches, 1)
+    face_cameras(surface.kinematics.chain, frames.R, frames.t)  # asked where there are balls
 
 
 def _judge() -> None:
@@ -202,10 +214,14 @@ PIECES = {
     "fit": Piece(SPACE, 22, _fit),
     "climb": Piece(SPACE, 15, _climb),
     "bend": Piece(SPACE, 17, _bend),
+    "go through": Piece(SPACE, 7, _go_through),
     "guess": Piece(SPACE, 5, _guess),
     "look": Piece(SPACE, 3, _look),
     "show": Piece(SPACE, 5, _show),
     "judge": Piece(SPACE, 8, _judge),
 }
 # last, with all that the pieces do not call themselves
-WHOLE = {PLANE: (_group, _plane), SPACE: (_bend, _fit, _look, _climb, _guess, _show, _judge, _space, _face)}
+WHOLE = {
+    PLANE: (_group, _plane),
+    SPACE: (_bend, _go_through, _fit, _look, _climb, _guess, _show, _judge, _space, _face),
+}

@@ -12,7 +12,7 @@ from ..base.errors import ConfigError
 from ..geometry.transforms import Array, wrap_angle
 
 _TURN = 2 * np.pi
-_ROUNDED = 1e-5  # files hold six decimals of each end
+_ROUNDED = 0.02  # radians: a whole turn that somebody wrote with two decimals is one
 
 
 @dataclass(frozen=True)

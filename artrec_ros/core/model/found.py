@@ -46,7 +46,7 @@ class Instance:
 @dataclass(frozen=True)
 class OtherTurn:
     """A second pose of an object found, which the image bears out nearly as well: its mirrored turn, of which a flat
-    marker far away or alone tells little.
+    marker far away or alone tells little. Or better, where that would be no object by itself: its outline is off.
 
     :param probability: 0..1, that it is this one. :param joints: as `Detection.joints`, at this turn, the shorter way
         around from those that are told.

@@ -18,9 +18,10 @@ _SAME_WAY = 0.94  # cosine: sides of a foot that stand less than 20 degrees apar
 def stacks_of(patches: Sequence[Patch]) -> NDArray[np.int64]:
     """(P,) the first marker of the stack that each patch is in, directly or by others; -1: in none."""
     out, closed = np.full(len(patches), -1), closed_in(patches)
-    for a, b in combinations([n for n, p in enumerate(patches) if p.marker is not None and not p.bulge], 2):
+    flat = [n for n, p in enumerate(patches) if p.marker is not None and not p.bulge and p.component not in closed]
+    for a, b in combinations(flat, 2):
         one, other = patches[a], patches[b]
-        if one.component == other.component and one.component not in closed and _on_each_other(one, other):
+        if one.component == other.component and _on_each_other(one, other):
             first = [n if out[n] < 0 else int(out[n]) for n in (a, b)]
             out[[*first, a, b]] = min(first)
             out[out == max(first)] = min(first)
@@ -30,4 +31,7 @@ def stacks_of(patches: Sequence[Patch]) -> NDArray[np.int64]:
 def _on_each_other(a: Patch, b: Patch) -> bool:
     """Whether two markers face one way and the smaller one lies on the other."""
     small, large = sorted((a, b), key=lambda p: p.area)
-    return bool(a.normal @ b.normal > _SAME_WAY and covers(large, small.finer).mean() > _ON_EACH_OTHER)
+    reach = sum(np.linalg.norm(p.contour - p.drawn[0], axis=1).max() for p in (a, b))
+    if a.normal @ b.normal <= _SAME_WAY or np.linalg.norm(a.drawn[0] - b.drawn[0]) > reach:
+        return False
+    return bool(covers(large, small.finer).mean() > _ON_EACH_OTHER)

@@ -7,6 +7,7 @@ worth no more than what is known of these rivals: they are few, known ahead, and
 from __future__ import annotations
 
 from copy import copy
+from functools import lru_cache
 
 import numpy as np
 
@@ -182,13 +183,23 @@ def turns_alike(mine: Marker, there: Marker) -> list[float]:
     """Turns of one marker in which it looks like another."""
     if not _same_size(mine, there):
         return []
-    outline, size = there.outline - there.centroid, there.area**0.5
-    points = sample_contour(mine.outline - mine.centroid, _SAMPLES)[0] @ np.array([1, 1j])
+    both = ((m.outline - m.centroid).round(9).tobytes() for m in (mine, there))
+    return list(_turns_alike(*both, there.area**0.5))
+
+
+@lru_cache(maxsize=4096)
+def _turns_alike(mine: bytes, there: bytes, size: float) -> tuple[float, ...]:
+    """Of outlines about their middles: many markers of an object are the same, and several ask for each pair.
+
+    :param size: the root of the other one's area.
+    """
+    outline = np.frombuffer(there).reshape(-1, 2)
+    points = sample_contour(np.frombuffer(mine).reshape(-1, 2), _SAMPLES)[0] @ np.array([1, 1j])
     turned = np.exp(1j * _TURNS)[:, None] * points
     flat = np.column_stack([turned.real.ravel(), turned.imag.ravel()])
     off = np.sqrt(np.mean(distance_to_outline(flat, outline).reshape(turned.shape) ** 2, axis=1)) / size
     lowest = (off <= np.roll(off, 1)) & (off < np.roll(off, -1)) & (off < _ALIKE)
-    return _TURNS[lowest].tolist()
+    return tuple(_TURNS[lowest].tolist())
 
 
 def _same_size(a: Marker, b: Marker) -> bool:

@@ -130,7 +130,7 @@ def _slopes(w: Wanted, n: int, lens: Lens, t: Any, joints: Joints, room: Room) -
 
 
 @melted
-def _equations(w: Wanted, chain: Chain, joints: Joints, lens: Lens, free: Any, t: Any, q: Any, room: Room) -> None:
+def _equations(w: Wanted, joints: Joints, lens: Lens, free: Any, t: Any, q: Any, room: Room) -> None:
     """Fill the normal equations of one hypothesis, whose frames are there; what is not free (6 + J,) stays."""
     A, b, row = room.A, room.b, room.row
     A[:], b[:] = 0.0, 0.0
@@ -164,6 +164,28 @@ def _step(damped: float, room: Room) -> None:
         room.x[i] = -min(max(room.x[i], -_LONGEST), _LONGEST)
 
 
+@lean
+def _take(joints: Joints, R: Any, t: Any, q: Any, R_next: Any, t_next: Any, q_next: Any, room: Room) -> None:
+    """Fill R_next (3, 3), t_next (3,), q_next (J,) with a hypothesis after the step."""
+    copy_frame(R, t, R_next, t_next)
+    turn_by(room.x[3], room.x[4], room.x[5], R_next, room.scratch)
+    depth = max(t[2], LEAST_DEPTH_M)
+    for i in range(3):
+        t_next[i] += depth * room.x[i]
+    for j in range(len(q)):
+        q_next[j] = q[j] + joints.unit[j] * room.x[6 + j]
+
+
+@jit
+def room_for(n_components: int, n_joints: int) -> Room:
+    n = 6 + n_joints
+    return Room(
+        np.empty((n_components, 3, 3)), np.empty((n_components, 3)), np.empty((n_joints, 3)), np.empty((n_joints, 3)),
+        np.empty((3, 3, 3)), np.empty((n, n)), np.empty(n), np.empty((n, n)), np.empty(n), np.empty(n, np.int64),
+        np.empty((3, n)), np.empty(3),
+    )  # fmt: skip
+
+
 @jit
 def go_through(
     w: Wanted, chain: Chain, joints: Joints, lens: Lens, free: Any, R: Any, t: Any, q: Any, cost: Any
@@ -173,28 +195,16 @@ def go_through(
 
     :param free: (6 + J,) parameters, as of `placed_kernels`: those that are moved.
     """
-    n_c, n_j = len(chain.parent), q.shape[1]
-    n = 6 + n_j
-    room = Room(
-        np.empty((n_c, 3, 3)), np.empty((n_c, 3)), np.empty((n_j, 3)), np.empty((n_j, 3)), np.empty((3, 3, 3)),
-        np.empty((n, n)), np.empty(n), np.empty((n, n)), np.empty(n), np.empty(n, np.int64), np.empty((3, n)),
-        np.empty(3),
-    )  # fmt: skip
-    R_next, t_next, q_next = np.empty((3, 3)), np.empty(3), np.empty(n_j)
+    room = room_for(len(chain.parent), q.shape[1])
+    R_next, t_next, q_next = np.empty((3, 3)), np.empty(3), np.empty(q.shape[1])
     for h in range(len(R)):
         damped, is_new = _DAMPED, True
         cost[h] = _cost(w, chain, joints, lens, R[h], t[h], q[h], room)
         for _ in range(_STEPS):
             if is_new:
-                _equations(w, chain, joints, lens, free, t[h], q[h], room)
+                _equations(w, joints, lens, free, t[h], q[h], room)
             _step(damped, room)
-            copy_frame(R[h], t[h], R_next, t_next)
-            turn_by(room.x[3], room.x[4], room.x[5], R_next, room.scratch)
-            depth = max(t[h, 2], LEAST_DEPTH_M)
-            for i in range(3):
-                t_next[i] += depth * room.x[i]
-            for j in range(n_j):
-                q_next[j] = q[h, j] + joints.unit[j] * room.x[6 + j]
+            _take(joints, R[h], t[h], q[h], R_next, t_next, q_next, room)
             less = _cost(w, chain, joints, lens, R_next, t_next, q_next, room)
             is_new = less < cost[h]
             if is_new:

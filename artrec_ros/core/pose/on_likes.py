@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from .finder import WholeObjectFinder
 
 
+_NUMBERS = 1_000_000  # of distances at a time, some 32 MB
+
+
 class OnLikes:
     """Those of one object. :ivar any: whether there are."""
 
@@ -42,8 +45,8 @@ class OnLikes:
         """A few of a pose that lacks something, the best first of each kind, as they are before a climb: what lays the
         required component on another one, and what lays another one where that is."""
         onto = self._finder.standing(frame, self._lookalikes.of(pose))
-        back = self._bent_onto(pose, self._finder.standing(frame, _back(pose, onto)))
-        onto = Poses.concatenate([self._by_labels(frame, onto), self._bent_onto(pose, onto)])
+        back = self._bent_onto(frame, pose, self._finder.standing(frame, _back(pose, onto)))
+        onto = Poses.concatenate([self._by_labels(frame, onto), self._bent_onto(frame, pose, onto)])
         return Poses.concatenate([self._best(frame, onto), self._best(frame, back)])
 
     def of(self, frame: ImageFrame, pose: Poses, seen: Collection[int]) -> Poses:
@@ -85,18 +88,24 @@ class OnLikes:
         at = self._finder.through_middles.places(poses, self._finder.surface.markers)
         return project(camera, at), self._size * camera.focal_px / at[..., 2]
 
-    def _bent_onto(self, pose: Poses, others: Poses) -> Poses:
+    def _bent_onto(self, frame: ImageFrame, pose: Poses, others: Poses) -> Poses:
         """Others with each joint, parents first, where what it carries lies nearest to like markers of a pose, be these
-        seen or not: beyond what is hidden a search by labels finds nothing."""
+        seen or not: beyond what is hidden a search by labels finds nothing. Those that there is time for."""
+        (there,) = self._finder.through_middles.places(pose, self._finder.surface.markers)
+        most = max(1, _NUMBERS // (self._grids.shape[1] * len(there) ** 2))
+        parts = [self._bent_in_part(there, others[part]) for part in frame.deadline.parts(len(others), most)]
+        return Poses.concatenate(parts) if parts else others[:0]
+
+    def _bent_in_part(self, there: Array, others: Poses) -> Poses:
+        """:param there: (M, 3) where a pose has its markers."""
         kin, markers, q = self._finder.surface.kinematics, self._finder.surface.markers, others.q.copy()
-        places, most = self._finder.through_middles.places, self._size**2
-        (there,), last = places(pose, markers), self._last_joint
+        most, last = self._size**2, self._last_joint
         for j in np.flatnonzero(np.bincount(last[last >= 0], minlength=kin.n_joints)).tolist():
             mine, values = np.flatnonzero(last == j), self._grids[j][~np.isnan(self._grids[j])]
             tried = np.repeat(q, len(values), axis=0)
             tried[:, j] = np.tile(values, len(q))
             rows = np.repeat(np.arange(len(q)), len(values))
-            at = places(Poses(others.R[rows], others.t[rows], tried), markers[mine])
+            at = self._finder.through_middles.places(Poses(others.R[rows], others.t[rows], tried), markers[mine])
             off = ((at[:, :, None] - there) ** 2).sum(axis=3)
             off = np.where(self._like[mine], off, np.inf).min(axis=2)
             lost = np.minimum(off, most[mine]).sum(axis=1).reshape(len(q), -1)

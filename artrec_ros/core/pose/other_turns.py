@@ -55,7 +55,7 @@ def likelier_turns(
         rivals = np.concatenate([[h], len(poses) + mine])  # it itself is as likely as it is
         worth = np.concatenate([[0.0], log_odds[mine]])
         first = int(np.argmax(worth))
-        rest = np.flatnonzero(_look_otherwise(finder, both[rivals[first : first + 1]], both[rivals]))
+        rest = np.flatnonzero(look_otherwise(finder, both[rivals[first : first + 1]], both[rivals]))
         if not len(rest):
             continue
         second = int(rest[np.argmax(worth[rest])])
@@ -65,7 +65,7 @@ def likelier_turns(
     return both[rows], others
 
 
-def _look_otherwise(finder: WholeObjectFinder, told: Poses, others: Poses) -> NDArray[np.bool_]:
+def look_otherwise(finder: WholeObjectFinder, told: Poses, others: Poses) -> NDArray[np.bool_]:
     """(H,) which of some rivals of a pose are others to the eye: rivals of a pose that was told before may be one. What
     is a solid alone may be turned by what leaves it as it looks."""
     same, niche = np.zeros(len(others), int), finder.config.search.niche_rad

@@ -14,6 +14,8 @@ from .poses import Poses
 from .region_fit import RegionFit
 from .surface_model import SpatialModel
 
+_KEPT = 64  # fits, a few hundredths of a MiB and a millisecond each
+
 
 class StackedRegions:
     """Fits one model's poses."""
@@ -37,10 +39,14 @@ class StackedRegions:
         return out
 
     def _alike(self, frame: ImageFrame, poses: Poses) -> Iterator[tuple[RegionFit, NDArray[np.int64]]]:
-        """Hypotheses of which the same markers are there, and the fit of these."""
+        """Hypotheses of which the same markers are there, and the fit of these; but those of which none is."""
         there = self._surface.there(frame, poses)
         each, of = np.unique(there, axis=0, return_inverse=True)
         for n, one in enumerate(each):
+            if not one.any():
+                continue
             if (key := one.tobytes()) not in self._fits:
+                if len(self._fits) == _KEPT:
+                    self._fits.pop(next(iter(self._fits)))
                 self._fits[key] = RegionFit(self._surface, self._config, one)
             yield self._fits[key], np.flatnonzero(of.reshape(-1) == n)

@@ -74,10 +74,10 @@ class Turns:
                 before = combined(total[row], frames[row], correlation)
                 total[row] *= handed_on(before, same) / before if before else 1.0
             total[row], frames[row] = _with(total[row], frames[row], found[n], config.sightings)
-            by_all = combined(total[row], frames[row], correlation)
-            total[row] = abs(total[row])
             if same is not None and _others_share(found[n]) is not None:
+                by_all = combined(total[row], frames[row], correlation)
                 told[n] = _turned(found[n], by_all) if found[n].other_turn else _laid(found[n], by_all)
+                total[row] = abs(total[row])  # of what is told now
         return Turns(total, frames), told
 
 
@@ -105,9 +105,14 @@ def combined(total: float, frames: float, correlation: float) -> float:
 
 
 def _odds(d: Detection, config: SightingsConfig) -> float:
-    """Log odds of the turn that is told, by this frame alone."""
+    """Log odds of the turn that is told, by this frame alone; below 0 where the other one is likelier, but no object by
+    itself."""
     share = _others_share(d)
-    return config.turn_odds if share is None else min(float(np.log(1 / share - 1)), config.turn_odds)
+    if share is None:
+        return config.turn_odds
+    least = 1 / (1 + np.exp(config.turn_odds))
+    share = float(np.clip(share, least, 1 - least))
+    return float(np.log(1 / share - 1))
 
 
 def _others_share(d: Detection) -> float | None:

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
@@ -18,7 +19,7 @@ from ..pose.finder import WholeObjectFinder
 from ..pose.laid_otherwise import LaidOtherwise, likelier_laid
 from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
-from ..pose.other_turns import likelier_turns, other_of
+from ..pose.other_turns import likelier_turns, look_otherwise, other_of
 from ..pose.poses import Poses
 from ..pose.turn_evidence import turn_odds
 from .judge import Judge
@@ -100,11 +101,12 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     hurried, frame = frame, frame.unhurried()
     frames = [hurried] * len(verdicts)
     used = np.concatenate([finder.voter.supported(v.claim.scores) for v in verdicts])
-    poses = finder.rest.at_rest(frame, candidates(verdicts), used)
+    found = candidates(verdicts)
+    poses = finder.rest.at_rest(frame, found, used)
     if finder.facing:
         none = [None] * len(poses)
         return AtRest(verdicts, frames, poses, used, none, none, none, np.zeros(poses.q.shape), poses)
-    first = poses
+    poses = first = _in_reach(finder, frame, found, poses)
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     finder.voter.keep(frame, poses)
@@ -117,6 +119,14 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
         used[moved] = finder.voter.supports(frame, likelier[moved])
     rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, laid, more, likelier)
     return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
+
+
+def _in_reach(finder: WholeObjectFinder, frame: ImageFrame, found: Poses, rested: Poses) -> Poses:
+    """Poses at rest; where these have left the distances that are looked for those found, which are in them."""
+    near_m, far_m = range_limits(finder.config, frame.camera)
+    depth_m = finder.required.anchors(rested)[:, 2]
+    left = (depth_m < near_m) | (depth_m > far_m)
+    return Poses.concatenate([rested, found])[np.arange(len(found)) + len(found) * left] if left.any() else rested
 
 
 def _judged_anew(
@@ -133,12 +143,16 @@ def _judged_anew(
         the former may be laid.
     """
     judge, verdicts, rows = Judge.of(finder.config), list(rest.verdicts), list(range(len(first)))
+    others = list(rest.others)
     for n in moved:
         again = judge.verdicts(finder, rest.poses[n : n + 1], verdicts[n].claim.frame.unhurried())[0]
         if judge.reason(again) is None:
             verdicts[n] = again
         else:
             rows[n] += len(first)
+            others[n] = None
+            if judge.is_but_improbable(again) and as_found[n] is None:  # it may be there, and is told in no other way
+                others[n] = _doubted(finder, rest.frames[n].unhurried(), first[n : n + 1], rest.poses[n : n + 1])
     back = [n for n, row in enumerate(rows) if row != n]
     if not back:
         return rest._replace(verdicts=verdicts)
@@ -146,17 +160,16 @@ def _judged_anew(
     for n in back:
         used[n], bends[n] = finder.voter.supports(rest.frames[n].unhurried(), first[n : n + 1])[0], 0.0
     elsewhere = [None if n in back else other for n, other in enumerate(rest.elsewhere)]
-    others = list(rest.others)
-    for n in back:  # what it would be for all that is told beside it, where nothing else tells of it
-        others[n] = None if as_found[n] else _refused(finder, rest.frames[n], first[n : n + 1], rest.poses[n : n + 1])
     laid = [as_found[n] if n in back else other for n, other in enumerate(rest.laid)]
     return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, poses)
 
 
-def _refused(finder: WholeObjectFinder, frame: ImageFrame, told: Poses, likelier: Poses) -> OtherTurn | None:
-    """The pose that an object would have by what tells turns and bends apart, were it an object there: its outline may
-    be off, or its file. Beside others it may be likelier than what is told."""
-    odds = float(turn_odds(finder, frame.unhurried(), told, likelier)[0])
+def _doubted(finder: WholeObjectFinder, frame: ImageFrame, told: Poses, likelier: Poses) -> OtherTurn | None:
+    """The pose that an object would have by what tells turns apart, were it probable enough there: its outline may be
+    off, or its file. It may be likelier than what is told."""
+    if not look_otherwise(finder, told, likelier)[0]:
+        return None
+    odds = float(turn_odds(finder, frame, told, likelier)[0])
     return other_of(finder, Poses.concatenate([told, likelier]), 0, 1, float(1 / (1 + np.exp(-odds))))
 
 

@@ -144,6 +144,10 @@ class Judge:
             return f"what would be its required component looks more like {verdict.stand_in}"
         return objection
 
+    def is_but_improbable(self, verdict: Verdict) -> bool:
+        """Whether a claim is told as an object, or would be but for its probability."""
+        return replace(self, min_probability=0.0, asked=None).reason(verdict) is None
+
     def doubts(self, verdict: Verdict) -> bool:
         """Whether an object is not told for it is not probable enough, and for nothing else, but may be one that is
         known from frames before."""

@@ -230,15 +230,27 @@ def test_what_is_judged_anew_does_not_hide_itself(monkeypatch):
 def test_a_likelier_turn_that_would_be_no_object_is_told_beside_what_was_found(monkeypatch):
     """Where an outline is off no pose may be an object that is likelier: what is told is not sure for that."""
     model, one = truck(), (-0.05, 0, 0.8, 0.2)
-    off = pose(-0.05, 0, 0.8, 0.35, model=model)
+    off = pose(-0.05, 0, 0.8, 0.8, model=model)
     describer, verdicts, frame = scene(model, pose(*one, model=model))
     monkeypatch.setattr(describer.finder.rest, "at_rest", lambda frame, poses, used: off)  # found a little off
-    monkeypatch.setattr(Judge, "reason", lambda *args: "none")
+    monkeypatch.setattr(Judge, "reason", lambda judge, verdict: "improbable" if judge.min_probability else None)
     rested_at(monkeypatch, pose(*one, model=model))
     (same,) = describer.describe(verdicts, frame)
     np.testing.assert_allclose(same.pose.rotation, off.R[0])
     np.testing.assert_allclose(same.other_turn.pose.rotation, pose(*one, model=model).R[0])
     assert same.other_turn.probability > 0.9
+    monkeypatch.setattr(Judge, "reason", lambda *args: "it can't be there")
+    (alone,) = describer.describe(verdicts, frame)
+    assert alone.other_turn is None
+
+
+def test_none_rests_beyond_the_distances_that_are_looked_for():
+    """One that lies a little beyond them may be found within; a fit would take it back."""
+    model, at = truck(), (-0.05, 0, 0.8, 0.2)
+    config = settings(time_budget_ms=60000.0, max_range_m=0.797)
+    engine = Recognizer((Target("truck", model, RED),), config, Segmenter(ImageConfig()))
+    (found,) = engine.recognize(render(CAMERA, [(model, pose(*at, model=model), RED)]), CAMERA).detections
+    assert 0.7 < found.pose.position[2] <= 0.797
 
 
 def test_what_would_be_no_object_there_is_told_as_it_was_found(monkeypatch):

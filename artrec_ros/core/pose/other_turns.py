@@ -70,7 +70,7 @@ def look_otherwise(finder: WholeObjectFinder, told: Poses, others: Poses) -> NDA
     is a solid alone may be turned by what leaves it as it looks."""
     same, niche = np.zeros(len(others), int), finder.config.search.niche_rad
     if finder.tilts and len(finder.target.model.components) == 1:
-        return finder.tilts.look_otherwise(told[same], others, niche)
+        return ~finder.tilts.look_alike(told[same], others)
     turned = (np.einsum("ij,hij->h", told.R[0], others.R) - 1) / 2 < np.cos(niche)
     return np.asarray(turned | ~finder.required.is_at(others, told[same]))
 

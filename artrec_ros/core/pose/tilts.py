@@ -17,6 +17,7 @@ from .required_place import RequiredPlace
 from .surface_model import SpatialModel
 
 _WAYS = 8  # directions in which a solid is tilted
+_ON_EDGES = 0.1  # of its size: what lies between two corners of a cylinder's prism, .03, and more than that of a box
 _BY_RAD = 0.35, 0.75  # fits lead to what is within half of the steps; a cube's sides are 0.8 from its edges at most
 
 
@@ -31,6 +32,7 @@ class Tilts:
         self._is_solid = surface.root in surface.solids
         mine = surface.markers_of[surface.root] if self._is_solid else []
         self._corners = np.concatenate([surface.patches[p].drawn[3:] for p in mine]) if mine else np.zeros((0, 3))
+        self._edges = np.concatenate([surface.patches[p].contour for p in mine]) if mine else np.zeros((0, 3))
 
     def __len__(self) -> int:
         return len(self._turns) if self._is_solid else 0
@@ -51,18 +53,33 @@ class Tilts:
 
     def look_otherwise(self, poses: Poses, others: Poses, least_rad: float) -> NDArray[np.bool_]:
         """(H,) whether the required component has its corners elsewhere, as if turned by more than an angle."""
-        here, there = (self._places(some) for some in (poses, others))
-        apart = np.linalg.norm(here[:, :, None] - there[:, None], axis=3)
-        off = np.maximum(apart.min(axis=1).max(axis=1), apart.min(axis=2).max(axis=1))
-        size = np.sqrt(np.mean(np.sum((self._corners - self._corners.mean(axis=0)) ** 2, axis=1)))
-        return np.asarray(off > least_rad * size)
+        here, there = (self._places(some, self._corners) for some in (poses, others))
+        return self._off(here, there, there, here) > least_rad * self._size
 
-    def _places(self, poses: Poses) -> Array:
-        """(H, n, 3) corners about the required component's middle."""
+    def look_alike(self, poses: Poses, others: Poses) -> NDArray[np.bool_]:
+        """(H,) whether the required component has its corners on edges of another pose's: so a cylinder has that is
+        turned about its axis, by whatever angle."""
+        here, there = (self._places(some, self._corners) for some in (poses, others))
+        on_these, on_those = (self._places(some, self._edges) for some in (poses, others))
+        return self._off(here, on_those, there, on_these) < _ON_EDGES * self._size
+
+    @property
+    def _size(self) -> float:
+        return float(np.sqrt(np.mean(np.sum((self._corners - self._corners.mean(axis=0)) ** 2, axis=1))))
+
+    @staticmethod
+    def _off(some: Array, near: Array, others: Array, near_these: Array) -> Array:
+        """(H,) how far the farthest of points (H, n, 3) is from the nearest of those that it should be near to, and of
+        others likewise."""
+        each = ((some, near), (others, near_these))
+        return np.max([np.linalg.norm(a[:, :, None] - b[:, None], axis=3).min(axis=2).max(axis=1) for a, b in each], 0)
+
+    def _places(self, poses: Poses, points: Array) -> Array:
+        """(H, n, 3) points of the required component (n, 3) about the middle of its corners."""
         kin, root = self._surface.kinematics, self._surface.root
         frames = kin.in_object(poses.q)
-        places = np.einsum("hij,nj->hni", poses.R @ frames.R[:, root], self._corners)
-        return np.asarray(places - places.mean(axis=1, keepdims=True))
+        points = points - self._corners.mean(axis=0)
+        return np.asarray(np.einsum("hij,nj->hni", poses.R @ frames.R[:, root], points))
 
 
 def _turned_to(sight: Array) -> Array:

@@ -12,7 +12,7 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
-from artrec_ros.core.verdict import descriptions
+from artrec_ros.core.verdict import shown
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of, silhouette
 from artrec_ros.core.verdict.descriptions import Describer
@@ -132,6 +132,6 @@ def test_a_required_component_that_bears_some_of_its_class_is_in_doubt(share, st
 def test_what_may_be_anothers_is_in_doubt(monkeypatch):
     model = truck()
     at = pose(0, 0, 0.8, 0.2, model=model)
-    monkeypatch.setattr(descriptions, "part_probabilities", lambda verdicts: [{0: 0.9, 1: 0.1, 2: 0.8}])
+    monkeypatch.setattr(shown, "part_probabilities", lambda verdicts: [{0: 0.9, 1: 0.1, 2: 0.8}])
     (fore,) = missing_of(model, at, seen((model, at))).values()
     assert (fore.component, fore.state, fore.score) == ("fore", "in doubt", 0.1)

@@ -7,6 +7,7 @@ import threading
 import time
 
 from sensor_msgs.msg import CameraInfo
+from std_msgs.msg import Header
 
 from ..core.base.errors import ConfigError
 from ..core.geometry.camera import Camera
@@ -56,13 +57,20 @@ class Calibrations:
         if self.problem == NONE_RECEIVED:
             self.problem = ""
 
+    def meet(self, header: Header) -> None:
+        """Images of a stream in their order; where stamps go back calibrations of the same stamps are of another."""
+        with self._news:
+            if self._infos.meet(stamp_ns(header), header.frame_id):
+                self._delays.begin_again()
+
     def camera_for(
         self, image_stamp_ns: int, size: tuple[int, int], rectified: bool, frame_id: str = ""
     ) -> Camera | None:
         """The calibration with the image's stamp, else the newest, where it is valid and for images of this size; those
         of another camera than the image's are taken only where there are no others.
 
-        Of a camera whose calibration changes, that of the image's stamp is waited for a moment where such usually come.
+        Of a camera whose calibration changes, or is of before stamps went back, that of the image's stamp is waited for
+        a moment where such usually come.
 
         :param size: (width, height), pixels. :param rectified: the image is. :param frame_id: the image's.
         """
@@ -100,7 +108,8 @@ class Calibrations:
             usual_s, began_s = self._delays.usual_s, time.monotonic()
             self._delays.asked(image_stamp_ns, frame_id, began_s, is_own())
             # one that does not change is the newest, too: a fixed camera's images wait for nothing
-            if began_s - self._changed_s < _CHANGES_S and usual_s <= _PATIENCE_S:
+            may_change = began_s - self._changed_s < _CHANGES_S or self._infos.are_outdated
+            if may_change and usual_s <= _PATIENCE_S:
                 self._news.wait_for(is_own, _PATIENCE_S)
             info, now_s = chosen(), time.monotonic()
             if info is not None and not is_own():

@@ -61,6 +61,7 @@ class LiveImages:
         self._inputs.close()
 
     def _receive(self, item: tuple[Any, int]) -> None:
+        self._calibrations.meet(item[0].header)
         with self._lock:
             self._kept.append(item)
 

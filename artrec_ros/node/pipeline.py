@@ -173,6 +173,7 @@ class Pipeline:
         image = decode_message(msg)
         size = (int(image.shape[1]), int(image.shape[0]))
         stamp_ns = conversions.stamp_ns(msg.header)
+        self._calibrations.meet(msg.header)
         camera = self._calibrations.camera_for(stamp_ns, size, setup.image.rectified, msg.header.frame_id)
         try:
             recognizer.get_ready(camera is not None, self._told)  # calibration may be missing

@@ -9,11 +9,12 @@ from collections.abc import Callable
 from statistics import fmean, median
 from typing import Generic, TypeVar
 
+from ..core.base.stamps import starts_again
+
 Item = TypeVar("Item")
 
 _PATIENCE_S = 2.0
 _REMEMBERED = 30  # items: a second of a camera
-_BACK_S = 1.0  # stamps that go back by more are of another source, as of a bag that starts; by less, out of order
 _KEEPS_UP = 0.9  # of the time between items: what waits is made up for within some of them, and doubt gives way
 
 
@@ -94,7 +95,7 @@ class LiveQueue(Generic[Item]):
 
     def _note(self, stamp_ns: int) -> None:
         """When an item comes. Of another source nothing is known yet, and its first item waits for no answer."""
-        now_s, is_new = time.monotonic(), 0 < stamp_ns < self._stamp_ns - _BACK_S * 1e9
+        now_s, is_new = time.monotonic(), starts_again(self._stamp_ns, stamp_ns)
         if is_new:
             self._pace, self._offered_s = Pace(), -1.0
         if self._offered_s >= 0:

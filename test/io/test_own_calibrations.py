@@ -12,7 +12,7 @@ from artrec_ros.io.bags.infos import Info, Infos
 from artrec_ros.io.bags.reader import Bag
 from artrec_ros.io.bags.recovery import RawMessage
 from artrec_ros.io.bags.writer import BagWriter
-from artrec_ros.io.sources.look_ahead import own_first
+from artrec_ros.io.sources.look_ahead import LookAhead, own_first
 from artrec_ros.io.sources.opening import SourceOptions, open_sources
 
 STEP_NS = 33_333_333
@@ -148,3 +148,22 @@ def test_many_cameras_do_not_pile_up():
         infos.add(Info(i, f"eye{i}", i))
     assert infos.newest("eye3") is None and infos.newest("eye999").content == 999
     assert infos.choose(3, "eye3").content == 999, "the newest of all, where the camera's own is none of them"
+
+
+def test_images_that_wait_their_turn_keep_calibrations_that_came_after_stamps_went_back():
+    infos, stamps, late = Infos[int](), [100 * 10**9 + n * 10**8 for n in range(30)], 15
+    images = [*stamps, *stamps]
+    for n, stamp in enumerate(images):
+        infos.add(Info(stamp, "eye", n))
+        if n >= late:
+            infos.meet(images[n - late], "eye")
+        if n >= late + len(stamps):
+            assert infos.choose(images[n - late], "eye").content == n - late
+
+
+def test_a_recording_in_which_the_clock_was_set_back_has_none_of_the_same_stamp_from_before():
+    ahead, found = LookAhead[str](), []
+    for log_ns, stamp in enumerate([100 * 10**9, 102 * 10**9] * 2):
+        found += ahead.add_image(RawMessage("/i", "", log_ns, b""), stamp, "eye")
+        found += ahead.add_info(Info(stamp, "eye", f"{log_ns}"), log_ns)
+    assert [held.info.content for held in found] == ["0", "1", "2", "3"]

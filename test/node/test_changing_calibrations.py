@@ -13,19 +13,26 @@ from sensor_msgs.msg import CameraInfo
 
 from artrec_ros.node import calibration
 from artrec_ros.node.calibration import Calibrations
+from artrec_ros.node.conversions import stamp_ns
 
 SIZE = (640, 480)
 LATE_S = 0.01
 
 
+S = 10**9
+
+
 def info(stamp: int, focal_px: float = 500.0, frame_id: str = "eye") -> CameraInfo:
     msg = CameraInfo(width=SIZE[0], height=SIZE[1], distortion_model="plumb_bob", d=[0.0] * 5)
-    msg.header.frame_id, msg.header.stamp.nanosec = frame_id, stamp
+    msg.header.frame_id = frame_id
+    msg.header.stamp.sec, msg.header.stamp.nanosec = divmod(stamp, S)
     msg.k = [focal_px, 0.0, 320.0, 0.0, focal_px, 240.0, 0.0, 0.0, 1.0]
     return msg
 
 
 def focal(calibrations: Calibrations, stamp: int, frame_id: str = "eye") -> float | None:
+    """Of the image that has come now."""
+    calibrations.meet(info(stamp, frame_id=frame_id).header)
     camera = calibrations.camera_for(stamp, SIZE, False, frame_id)
     return camera and float(camera.matrix[0, 0])
 
@@ -34,7 +41,7 @@ def focal_before(calibrations: Calibrations, msg: CameraInfo, late_s: float = LA
     """Of an image whose calibration comes so much later."""
     later = threading.Timer(late_s, calibrations.receive, [msg])
     later.start()
-    found = focal(calibrations, msg.header.stamp.nanosec)
+    found = focal(calibrations, stamp_ns(msg.header))
     later.join()
     return found
 
@@ -121,3 +128,28 @@ def test_another_cameras_is_used_and_both_are_named() -> None:
     assert "'right'" in calibrations.doubt and "'left'" in calibrations.doubt
     calibrations.receive(info(2, 700.0, ""))
     assert focal(calibrations, 1, "left") == 700 and calibrations.doubt == "", "whose it is is not said"
+
+
+STAMPS = [100 * S + n * S // 5 for n in range(10)]  # of a recording that is played once and again
+
+
+@pytest.mark.parametrize("infos_come_first", [True, False])
+def test_played_again_images_have_no_calibration_of_their_stamp_from_before(
+    patient: None, infos_come_first: bool
+) -> None:
+    calibrations = Calibrations()
+    for stamp in STAMPS:
+        calibrations.receive(info(stamp))
+        assert focal(calibrations, stamp) == 500
+    for stamp in STAMPS:
+        if infos_come_first:
+            calibrations.receive(info(stamp, 700.0))
+            assert focal(calibrations, stamp) == 700
+        else:
+            assert focal_before(calibrations, info(stamp, 700.0)) == 700
+
+
+def test_one_that_is_sent_once_holds_when_images_are_played_again() -> None:
+    calibrations = Calibrations()
+    calibrations.receive(info(1))
+    assert [focal(calibrations, stamp) for stamp in (*STAMPS, *STAMPS)] == [500] * 20

@@ -48,6 +48,7 @@ class LookAhead(Generic[Content]):
 
     def add_image(self, message: RawMessage, stamp_ns: int, frame_id: str) -> Iterator[Held[Content]]:
         """The same."""
+        self._infos.meet(stamp_ns, frame_id)
         self._held.append(Held(message, stamp_ns, frame_id, self._infos.choose(stamp_ns, frame_id)))
         yield from self._ready(message.log_ns)
 

@@ -77,8 +77,8 @@ class Tracker:
         """The same result with lasting ids, with the probabilities that the objects are there by all that has been seen
         of them, and without those that are unlikely by that.
 
-        All objects are forgotten where the clock goes back, as when a bag starts again, or where the images' size
-        or frame is another one.
+        All objects are forgotten where the clock goes back, as when a bag starts again, and their numbers, too; or
+        where the images' size or frame is another one.
 
         :param frame_id: the camera's optical frame; empty: not known.
         """
@@ -138,7 +138,10 @@ class Tracker:
         """Let time pass up to a frame. Whether it is the first one, and the time since the one before. A frame may
         come out of order, or the clock was set back a little: such stamps stand still."""
         last_ns = stamp_ns if self._stamp_ns is None else self._stamp_ns
-        if self._is_another_view(size, frame_id) or (last_ns - stamp_ns) * 1e-9 > self._config.max_gap_s:
+        if (last_ns - stamp_ns) * 1e-9 > self._config.max_gap_s:
+            self.forget()
+            self._numbers = Numbers()  # what is played again is named as it was
+        elif self._is_another_view(size, frame_id):
             self.forget()
         else:
             stamp_ns = max(stamp_ns, last_ns)

@@ -136,6 +136,7 @@ def test_a_place_that_cannot_be_written_is_named(tmp_path: Path, constraints: Co
         ("format", "artrec_constraints/9", ("format", "artrec_constraints/1")),
         ("coverage", 2, ("coverage", "greatest value 1")),
         ("pairs", None, ("pairs", "missing")),
+        ("pairs", [], ("pairs: is empty", "pose", "artrec train")),
         ("pairs/0/first", "bas/flag", ("pairs[0].first", "'base/flag'")),
         ("pairs/0/examples", -1, ("pairs[0].examples", "least value 0")),
         ("pairs/0/seen", None, ("pairs[0].seen", "missing")),
@@ -157,6 +158,15 @@ def test_mistakes_are_refused_by_their_key(
     tmp_path: Path, constraints: ConstraintSet, change: str, value: Any, parts: tuple[str, ...]
 ) -> None:
     assert_refused(save_changed(tmp_path, constraints, change, value), MODEL, parts)
+
+
+def test_what_is_found_without_pairs_needs_none(tmp_path: Path) -> None:
+    placed = replace(FLAG, T_component_marker=Pose.identity())
+    alone = ObjectModel("toy", (Component("base", (FLAG,), required=True),))
+    spatial = replace(JOINED, components=tuple(replace(c, markers=(placed,)) for c in JOINED.components))
+    save_constraints(tmp_path / "c.yaml", ConstraintSet("toy", 0.95, ()))
+    for model in (alone, spatial):
+        assert load_constraints(tmp_path / "c.yaml", model).pairs == ()
 
 
 def test_ends_that_pairs_can_meet_are_taken(tmp_path: Path, constraints: ConstraintSet) -> None:

@@ -38,13 +38,19 @@ _CLASSES = """\
 
 
 def load_constraints(path: str | Path, model: ObjectModel) -> ConstraintSet:
-    """The constraints of `model` from their file; `ConfigError` where they are another object's."""
+    """The constraints of `model` from their file; `ConfigError` where they are another object's, or there
+    are none and the object needs them."""
     value = load_yaml(path, FORMAT)
     top = value.fields(required=("object", "coverage", "pairs"), optional=("classes", "axes"))
     if top["object"].text() != model.name:
         raise top["object"].error(f"these constraints are of '{top['object'].raw}', not of object '{model.name}'")
     top["coverage"].number(0, 1)
     known = ["/".join(key) for key in model.markers]
+    if not top["pairs"].items() and len(model.components) > 1 and not model.is_spatial:
+        raise top["pairs"].error(
+            f"is empty, and not every marker of object '{model.name}' has a pose: nothing tells how its components lie "
+            "to one another; learn that with artrec train"
+        )
     for row in top["pairs"].items():
         _check_pair(row, known)
     for row in top["classes"].items() if "classes" in top else ():

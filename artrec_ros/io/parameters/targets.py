@@ -9,8 +9,10 @@ from typing import Any
 
 from ...core.base.config import ImageConfig, ObjectConfig, RecognizerConfig
 from ...core.base.errors import ConfigError
+from ...core.constraints.constraint_set import ConstraintSet
+from ...core.constraints.pairs import PairConstraint
 from ...core.model.target import Target
-from ...core.ways import PLANE, way_of
+from ...core.ways import PAPER, PLANE, way_of
 from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value
 from ..learned.constraints import load_constraints
@@ -55,15 +57,21 @@ def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Map
 
 
 def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: bool = True) -> Iterator[str]:
-    """A line for each object of which nothing but its reason can be found: its components cannot be put together.
+    """A line for each object whose components, or some of them, cannot be put together.
 
     :param calibrated: images come with a calibration.
     """
     fits = config.profile == "default" and config.whole_object
     for target in targets:
         model = target.model
-        if target.constraints is not None or len(model.components) == 1:
+        if len(model.components) == 1:
             continue
+        pairs = target.constraints.pairs if isinstance(target.constraints, ConstraintSet) else ()
+        if pairs:
+            if way_of(target, config, calibrated=calibrated) in (PAPER, PLANE):
+                yield from _unpaired(target, pairs)
+            continue
+        missing = "it has no constraint_file" if target.constraints is None else "its constraint_file has no pairs"
         way_out = f"learn constraints with artrec train and name their file in {target.name}.constraint_file"
         if not model.is_spatial:
             where = "not every one of its markers has a pose"
@@ -74,7 +82,17 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
             way_out = f"give a calibration, be it a guessed one (docs/camera.md), or {way_out}"
         else:
             continue
-        yield f"{target.name}: will not be found: it has no constraint_file, and {where}; {way_out}"
+        yield f"{target.name}: will not be found: {missing}, and {where}; {way_out}"
+
+
+def _unpaired(target: Target, pairs: Sequence[PairConstraint]) -> Iterator[str]:
+    paired = {key[0] for p in pairs for key in (p.first, p.second)}
+    if alone := [c.name for c in target.model.components if c.name not in paired]:
+        stand = "stands" if len(alone) == 1 else "stand"
+        yield (
+            f"{target.name}: {', '.join(alone)} {stand} in no pair of its constraint_file: never told beside other "
+            "components; learn constraints anew with artrec train"
+        )
 
 
 def colourless(image: ImageConfig) -> Iterator[str]:

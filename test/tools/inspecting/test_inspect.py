@@ -276,6 +276,22 @@ def test_objects_that_cannot_be_found_are_told(tmp_path, config, capsys):
     assert code == 1 and any("excavator: will not be found: it has no constraint_file" in p for p in problems)
 
 
+def test_components_that_stand_in_no_pair_are_told(tmp_path, config, capsys):
+    file, bag = config / "constraints" / "excavator.yaml", write_bag(tmp_path / "bag", camera=None)
+    learned = yaml.safe_load(file.read_text())
+
+    def told(pairs):
+        file.write_text(yaml.safe_dump({**learned, "pairs": pairs}))
+        assert inspect(capsys, config / "excavator.yaml")[0] == 0, "in space"
+        return [p for p in inspect(capsys, config / "excavator.yaml", bag)[2] if "constraint_file" in p]
+
+    assert not told(learned["pairs"])
+    (line,) = told([p for p in learned["pairs"] if "stick/" not in p["first"] + p["second"]])
+    assert "excavator: stick stands in no pair of its constraint_file" in line and "artrec train" in line
+    (line,) = told([])
+    assert "excavator: will not be found: its constraint_file has no pairs" in line
+
+
 SCENE = {
     "region": [0.0, 0.0, 20.0, 0.0, 20.0, 30.0, 0.0, 30.0],
     "plane": {

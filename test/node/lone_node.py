@@ -20,11 +20,11 @@ from artrec_ros.node.node import RecognizerNode
 
 
 @contextmanager
-def alone(parameter_file: Path) -> Iterator[RecognizerNode]:
-    """An active node in this process; nothing spins it, images are handed to it."""
+def alone(parameter_file: Path, *more: str) -> Iterator[RecognizerNode]:
+    """An active node in this process; nothing spins it, images are handed to it. :param more: arguments of ROS."""
     context = rclpy.Context()
     context.init()
-    arguments = ros(parameter_file, "-r", "__ns:=/alone")
+    arguments = ros(parameter_file, *more, "-r", "__ns:=/alone")
     node = RecognizerNode(arguments, cli_args=arguments, context=context)
     node.autostart()
     assert wait_until(lambda: node.is_ready)

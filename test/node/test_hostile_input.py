@@ -17,11 +17,11 @@ pytest.importorskip("hypothesis")
 
 import hostile
 import numpy as np
-import rclpy
 import toy
 from geometry_msgs.msg import PoseArray
 from hypothesis import HealthCheck, given, settings
-from peer import STARTED, NodeProcess, Peer, label_image, ros, wait_until
+from lone_node import alone
+from peer import STARTED, NodeProcess, Peer, label_image, ros
 from rclpy.serialization import deserialize_message, serialize_message
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image
 
@@ -40,17 +40,10 @@ TRIES = settings(deadline=None, suppress_health_check=list(HealthCheck), databas
 @pytest.fixture(scope="module", params=KINDS)
 def node(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[RecognizerNode]:
     """An active node in this process, for images of each kind; nothing spins it, messages are handed to it."""
-    context = rclpy.Context()
-    context.init()
     file = toy.write_files(tmp_path_factory.mktemp(request.param) / "config")
     file.write_text(file.read_text().replace("image: {kind: labels, blank: []}", KINDS[request.param]))
-    arguments = ros(file, "-p", "recognizer.time_budget_ms:=200.0", "-r", "__ns:=/alone")
-    node = RecognizerNode(arguments, cli_args=arguments, context=context)
-    node.autostart()
-    assert wait_until(lambda: node.is_ready)
-    yield node
-    node.destroy_node()
-    context.try_shutdown()
+    with alone(file, "-p", "recognizer.time_budget_ms:=200.0") as made:
+        yield made
 
 
 @pytest.fixture

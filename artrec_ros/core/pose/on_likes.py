@@ -1,4 +1,5 @@
-"""Poses of an object with joints that lay its required component where it has a like one, all joints sought anew.
+"""Poses of an object with joints that lay its required component where it has a like one, or a like one where that is,
+all joints sought anew.
 
 One place off along a row of like parts, or from a chain's other end, joints bend the others to where they are seen for
 all that: a search that comes to such a pose finds nothing better near it.

@@ -27,10 +27,11 @@ def unlike_markers(surface: SpatialModel, component: int, *, stands: bool) -> li
 
     :param stands: it stands on a floor, with z up: then those alone are alike that turns about this axis exchange.
     """
+    count = len(surface.markers_of[component])
+    if count < 2 or surface.kinematics.n_joints or surface.sides.balls:
+        return list(range(count))
     every = placed_markers(surface)
     mine = [m for m in every if m.component == component]
-    if len(mine) < 2 or surface.kinematics.n_joints or surface.sides.balls:
-        return list(range(len(mine)))
     corners, kept = _Corners(surface), list[int]()
     layout = Layout(every)
     for n, marker in enumerate(mine):

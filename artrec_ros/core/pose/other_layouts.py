@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .alternatives import Reading
+from .differing import differing_odds
 from .finder import WholeObjectFinder
 from .laid_otherwise import log_unseen
 from .poses import Poses
@@ -182,9 +183,11 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         odds = odds + unseen[1:] - unseen[0]
         kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
         others, odds = others[kept], odds[kept]
+    elif len(finder.surface.markers) == 1:
+        odds = differing_odds(finder, look, told, others)
     else:
         odds = turn_odds(finder, look, told, others)
-    if asked.lone is not None:
+    if asked.lone is not None and len(finder.surface.markers) > 1:
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
         if not asked.same.all():
             alone = np.where(asked.same, 0.0, turn_odds(finder, look, told, others, asked.lone))

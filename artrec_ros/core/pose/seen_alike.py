@@ -46,7 +46,7 @@ class SeenAlike:
         self._known = dict[frozenset[int], Placements]()
 
     def of(self, seen: Collection[int]) -> Placements:
-        """Those of an object of which these components are seen: none where all are."""
+        """Those of an object of which these components are seen: none where all are, but of a lone marker."""
         key = frozenset(seen)
         if key not in self._known:
             self._known[key] = self._placements(np.flatnonzero(np.isin(self._component, list(key))))
@@ -54,10 +54,12 @@ class SeenAlike:
 
     def _placements(self, seen: NDArray[np.int64]) -> Placements:
         """:param seen: (S,) markers."""
-        found, laid = list[tuple[complex, complex]](), [self._at]
-        for turn, shift in self._ways(seen) if len(seen) < len(self._at) else ():
+        found, laid, alone = list[tuple[complex, complex]](), [self._at], len(self._at) == 1
+        for turn, shift in self._ways(seen) if alone or len(seen) < len(self._at) else ():
             moved = turn * self._at + shift
-            if not any(self._is_same(moved, there) for there in laid):
+            # of a marker that is all there is what tells its turns apart is its own outline, or nothing does
+            differs = self._off(turn, 0, 0) >= _SAME if alone else not any(self._is_same(moved, t) for t in laid)
+            if differs:
                 found.append((turn, shift))
                 laid.append(moved)
         turns, shifts = np.array(found, complex).reshape(-1, 2).T

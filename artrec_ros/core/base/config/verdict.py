@@ -184,6 +184,16 @@ class VerdictConfig(Room):
         "for which `turn_odds` alone say 60; of 20 that bore out one more 18, and no pose that was found; of 421 that "
         "bore out less one",
     )
+    differing_odds: tuple[float, ...] = param(
+        (1.7, 0.06),
+        "log odds between two turns of an object that is one flat marker: so many times the logarithm of how many of "
+        "the pixels in which both differ speak for each, and of these many more (px^2)",
+        low=0.01,
+        high=1000,
+        length=2,
+        paths=("facing",),
+        origin="benchmarks/lone_turns.py",
+    )
     least_turn_odds: float = param(
         1.0,
         "log odds from which on the mirrored turn is told in place of the one found, of flat objects another place in "

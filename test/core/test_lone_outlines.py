@@ -1,0 +1,116 @@
+"""Objects that are one flat marker which all but repeats itself: which way round it lies, and how sure that is."""
+
+import cv2
+import numpy as np
+import pytest
+from settings import DEFAULTS, settings
+from solids import rectangle
+from squares import TEAM, Placing, patch, rendered
+
+from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.geometry.transforms import wrap_angle
+from artrec_ros.core.image.image_frame import ImageFrame
+from artrec_ros.core.image.label_field import LabelField
+from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.model.objects import Component, ObjectModel
+from artrec_ros.core.model.target import Target
+from artrec_ros.core.pose.differing import differing_odds
+from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.seen_alike import SeenAlike
+from artrec_ros.core.pose.surface_model import SpatialModel
+from artrec_ros.core.recognizer import Recognizer
+
+SHALLOW, DEEP = 0.005, 0.02  # metres, of a notch as a file has it and as it is
+
+
+def lever(deep):
+    """(8, 2) a plate with a notch at one end."""
+    ends = [(0.08, 0.02), (0.06, 0.02), (0.06, 0.02 - deep), (0.04, 0.02 - deep), (0.04, 0.02), (-0.08, 0.02)]
+    return np.array([(-0.08, -0.02), (0.08, -0.02), *ends])
+
+
+def model_of(outline):
+    return ObjectModel("lever", (Component("lever", (patch("plate", outline),), required=True),))
+
+
+class Lever(Placing):
+    deep = DEEP
+
+    def patches(self):
+        notch = [(0.06, 0.021), (0.06, 0.02 - self.deep), (0.04, 0.02 - self.deep), (0.04, 0.021)]
+        return [(self.at(rectangle(0.16, 0.04)), TEAM), (self.at(notch), 0)]
+
+
+class Shallow(Lever):
+    deep = SHALLOW
+
+
+def found(image, drawn=SHALLOW):
+    target = Target("lever", model_of(lever(drawn)), TEAM)
+    recognizer = Recognizer([target], settings(), Segmenter(ImageConfig()), calibrated=False)
+    (detection,) = recognizer.recognize(image).detections
+    return detection
+
+
+def is_right(detection, placing):
+    """Directions are clockwise in the image."""
+    return abs(wrap_angle(detection.image.theta + placing.turn)) < np.radians(15)
+
+
+PLACINGS = [(80.0, 60.0, turn, scale) for turn, scale in ((0.3, 500.0), (1.9, 420.0), (-2.4, 610.0), (3.0, 700.0))]
+
+
+@pytest.mark.parametrize("at", PLACINGS)
+def test_what_the_file_has_too_small_tells_the_direction_for_all_that(at):
+    placing = Lever(*at)
+    detection = found(rendered(placing))
+    assert is_right(detection, placing) and detection.score > 0.6
+    assert detection.other_place is None
+
+
+@pytest.mark.parametrize("at", PLACINGS)
+def test_an_exact_file_costs_no_certainty(at):
+    placing = Shallow(*at)
+    detection = found(rendered(placing))
+    assert is_right(detection, placing) and detection.score > 0.9 and detection.as_told > 0.97
+
+
+def test_where_something_lies_on_what_tells_its_two_directions_either_may_be_the_true_one():
+    placing = Shallow(80.0, 60.0, 0.0, 500.0)
+    image = rendered(placing)
+    for x, y in placing.at([(0.05, 0.0175), (-0.05, -0.0175)]).round().astype(int):  # the notch, and where it would be
+        image[y - 3 : y + 4, x - 7 : x + 8] = 0
+    detection = found(image)
+    assert detection.score < 0.9 * detection.there
+    assert detection.other_place is not None and detection.other_place.probability > 0.1
+    assert abs(abs(wrap_angle(detection.other_place.image.theta - detection.image.theta)) - np.pi) < 0.1
+
+
+def odds_at(placing, image):
+    """That it is turned by half."""
+    finder = WholeObjectFinder(Target("lever", model_of(lever(SHALLOW)), TEAM), DEFAULTS, facing=True)
+    frame = ImageFrame(LabelField(image)).faced()
+    pose = placing.pose(frame.camera)
+    return float(differing_odds(finder, frame, pose, finder.seen_alike.of([0]).of(pose))[0])
+
+
+def test_only_pixels_in_which_two_turns_differ_tell_them():
+    placing = Lever(80.0, 60.0, 0.4, 500.0)
+    image = rendered(placing)
+    odds, dented = odds_at(placing, image), image.copy()
+    cv2.circle(dented, placing.at([(0.0, 0.0)])[0].round().astype(int).tolist(), 7, 0, -1)  # both lack it
+    assert odds < -3 and odds_at(placing, dented) == odds
+    turned = Lever(80.0, 60.0, 0.4 + np.pi, 500.0)
+    assert odds_at(placing, rendered(turned)) > 3
+    assert odds_at(placing, np.zeros_like(image)) == pytest.approx(0, abs=1e-6)
+
+
+def test_of_what_lies_beyond_the_image_nothing_is_told():
+    away = Lever(900.0, 60.0, 0.4, 500.0)
+    assert odds_at(away, rendered(Lever(80.0, 60.0, 0.4, 500.0))) == 0
+
+
+@pytest.mark.parametrize(("deep", "turns"), [(SHALLOW, 1), (1e-5, 0), (0.038, 0)])
+def test_turns_are_others_that_its_outline_tells_by_little(deep, turns):
+    """Of what is the same after a turn nothing tells that, and nobody asks; what is quite another shape is no rival."""
+    assert len(SeenAlike(SpatialModel(model_of(lever(deep)), TEAM, DEFAULTS.votes)).of([0])) == turns

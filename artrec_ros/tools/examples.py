@@ -46,6 +46,10 @@ EXAMPLES = {
         "artrec model lamp.yaml --sheet check.png --distance 1.5 --camera-info camera.yaml",
         "artrec model lamp.yaml --print lamp.pdf --paper A4",
     ),
+    "trace": (
+        "artrec trace film.mp4 --params-file lever_params.yaml --picture seen.png -o lever_seen.yaml",
+        "artrec trace recorded_bag --params-file arm_params.yaml --object arm -o arm_seen.yaml",
+    ),
     "studio": (
         "artrec studio pictures/ --params-file lamp_params.yaml",
         "artrec studio recorded_bag --params-file lamp_params.yaml --annotations photos/annotations.json -o marked",

@@ -25,6 +25,7 @@ COMMANDS = {
     "simulate": "render scenes with known truth",
     "play": "publish a bag with its stamps and /clock",
     "model": "make an object file from pictures, a drawing or a URDF, and check it",
+    "trace": "measure markers' outlines by images in which objects are found",
     "prepare": "compile ahead what recognition needs, as in an image or on a robot",
     "inspect": "print what files hold, and whether they fit together",
     "studio": "look, mark and tune in the browser",

@@ -1,0 +1,211 @@
+"""`artrec trace`: measures the outlines of an object's flat markers by images in which the object is found."""
+
+from __future__ import annotations
+
+import argparse
+import dataclasses
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from ..core.base.errors import ConfigError, ImageError, SourceError
+from ..core.image.segmentation import Segmenter
+from ..core.model.found import Detection, FrameResult
+from ..core.model.objects import ObjectModel
+from ..core.model.target import Target
+from ..io.base.bars import bar, say
+from ..io.images.writing import save_drawing
+from ..io.objects.object_writer import Labels, save_object
+from ..io.parameters.parameter_file import Setup, load_parameters
+from ..io.sources.frames import Frame, once
+from ..io.sources.opening import Sources, open_sources
+from .getting_ready import get_setup_ready
+from .options.outputs import OF_OBJECT, check_drawing, check_output
+from .options.paths import path
+from .options.work_options import add_source_options, source_options
+from .training.seen_outlines import LEAST_IMAGES, LEAST_PX, SeenOutlines, Traced, with_outlines
+
+_EPILOG = """\
+Where a marker's outline was drawn by eye, its object is told with too low a probability, or turned by half where it is
+nearly its own mirror image. One run of the recogniser over images in which the object shows tells where the outlines
+really are. Half of the images measure, the other half are recognised with both outlines, and judge.
+"""
+_TOLD = 0.5  # from this probability on an object counts as told in the comparison
+_CELL_PX, _CAPTION_PX, _COLUMNS = 360, 40, 4
+_DRAWN, _SEEN, _INK = (200, 120, 0), (0, 0, 220), (40, 40, 40)  # BGR
+_PART = 64  # frames that are read at a time
+
+
+def add_parser(subparsers: Any) -> None:
+    p = subparsers.add_parser("trace", help="measure markers' outlines", description=__doc__, epilog=_EPILOG)
+    p.add_argument(
+        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
+    )
+    p.add_argument(
+        "--params-file", required=True, type=path, action="append",
+        help="the node's ROS parameter file, which names the object file; may be given again: later ones go before",
+    )  # fmt: skip
+    p.add_argument("--object", metavar="NAME", help="which of its objects (default: the only one)")
+    p.add_argument("-o", "--output", required=True, type=path, metavar="OBJECT.yaml", help="object file to write")
+    p.add_argument("--overwrite", action="store_true", help="replace OBJECT.yaml if it is there already")
+    p.add_argument(
+        "--picture", type=path, metavar="FILE.png", help="draw what was seen of each marker, as drawn and as measured"
+    )
+    add_source_options(p)
+    p.set_defaults(run=run)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Measures, compares, writes."""
+    setup = load_parameters(*args.params_file)
+    file, names = _object_of(setup, args.object)
+    inputs = [*args.sources, *args.params_file, file]
+    check_output(args.output, inputs, OF_OBJECT, overwrite=args.overwrite)
+    if args.picture:
+        check_drawing("--picture", args.picture, inputs)
+    model = next(t.model for t in setup.targets if t.name == names[0])
+    if not len(SeenOutlines(model)):
+        raise ConfigError(f"{file}: it has no flat marker but discs: the shape of these is known")
+    with open_sources(args.sources, source_options(args, setup), once(say)) as sources:
+        get_setup_ready(setup, sources.calibrated)
+        drawn = _look(setup, sources, names, (0, 1))
+        half, traced = drawn.seen[0].traced(), drawn.seen[0].joined(drawn.seen[1]).traced()
+        tried = _with(setup, names, with_outlines(model, half.values()))
+        differs = any(t.differs for t in half.values())
+        measured = _look(tried, sources, names, (1,)) if differs else drawn
+    if not sum(drawn.images):
+        raise SourceError(f"{', '.join(map(str, args.sources))}: holds no image that can be used")
+    for line in _lines(model, traced):
+        print(line)
+    if differs:
+        print(_compared(drawn, measured))
+    helps = sum(measured.scores[1]) > sum(drawn.scores[1])
+    _write(args, file, with_outlines(model, traced.values()) if helps else model, helps)
+    if args.picture:
+        save_drawing(args.picture, _picture(list(traced.values())))
+        print(f"Drew {args.picture}: blue as drawn, red as measured.")
+    return 0
+
+
+def _write(args: argparse.Namespace, file: Path, model: ObjectModel, helps: bool) -> None:
+    if not helps:
+        print("The object file holds as it is: nothing is found better, and it is copied.")
+    sources = ", ".join(s.name for s in args.sources)
+    comments = (f"Outlines of {file.name} as measured by `artrec trace` from {sources}.",) if helps else ()
+    save_object(args.output, model, comments, Labels.as_in(file))
+    print(f"Wrote {args.output}" + ("; learned constraints go by outlines: artrec train anew." if helps else "."))
+
+
+def _compared(drawn: _Look, measured: _Look) -> str:
+    before, after = (sum(s >= _TOLD for s in look.scores[1]) for look in (drawn, measured))
+    return (
+        f"In {drawn.images[1]} images that did not measure, objects told at {_TOLD:g} and more: {before} as drawn, "
+        f"{after} as measured."
+    )
+
+
+def _object_of(setup: Setup, name: str | None) -> tuple[Path, list[str]]:
+    """An object's file, and the names of all objects that are described by it."""
+    if name is not None and name not in setup.objects:
+        raise ConfigError(f"--object: '{name}' is none of the parameters' objects ({', '.join(setup.objects)})")
+    files = {n: o.object_file for n, o in setup.objects.items()}
+    if name is None and len(set(files.values())) > 1:
+        raise ConfigError(f"--object: the parameters have several ({', '.join(files)}); which one?")
+    file = files[name or next(iter(files))]
+    return Path(file), [n for n, other in files.items() if other == file]
+
+
+def _with(setup: Setup, names: Sequence[str], model: ObjectModel) -> Setup:
+    targets = (dataclasses.replace(t, model=model) if t.name in names else t for t in setup.targets)
+    return dataclasses.replace(setup, targets=tuple(targets))
+
+
+class _Look(NamedTuple):
+    """What was seen in the images of even and of odd numbers: outlines, probabilities of the objects, how many."""
+
+    seen: tuple[SeenOutlines, SeenOutlines]
+    scores: tuple[list[float], list[float]]
+    images: list[int]
+
+
+def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence[int]) -> _Look:
+    """Recognises the images, each by itself."""
+    targets = {t.name: t for t in setup.targets if t.name in names}
+    model = next(iter(targets.values())).model
+    look = _Look((SeenOutlines(model), SeenOutlines(model)), ([], []), [0, 0])
+    recognizer, segmenter, told = setup.build(), Segmenter(setup.image), once(say)
+    for number, frame in enumerate(_frames(sources)):
+        half = number % 2
+        if half not in halves:
+            continue
+        try:
+            if frame.image is None:
+                raise ImageError(frame.error or "no image")
+            result, labels = recognizer.recognize(frame.image, frame.camera), segmenter.labels(frame.image)
+        except ImageError as error:
+            told(f"{frame.name}: passed over: {error}")
+            continue
+        look.images[half] += 1
+        for detection in _best(result, targets):
+            look.seen[half].add(labels, frame.camera, targets[detection.object], detection, result.detections)
+            look.scores[half].append(detection.score)
+    return look
+
+
+def _frames(sources: Sources) -> Iterator[Frame]:
+    pieces = [(source, part) for source in sources.parts for part in source.parts(_PART)]
+    with bar(total=sum(part.count for _, part in pieces), desc="recognising", unit="frame") as shown:
+        for source, part in pieces:
+            for frame in source.read(part):
+                yield frame
+                shown.update()
+
+
+def _best(result: FrameResult, targets: dict[str, Target]) -> list[Detection]:
+    """The objects; where there are none what comes nearest to one: an outline that is badly drawn is doubted."""
+    told = [d for d in result.detections if d.object in targets]
+    return told or sorted((d for d in result.doubtful if d.object in targets), key=lambda d: -d.score)[:1]
+
+
+def _lines(model: ObjectModel, traced: dict[bytes, Traced]) -> Iterator[str]:
+    """How each of the markers is seen."""
+    shapes: dict[bytes, list[str]] = {}
+    for (component, marker), m in model.markers.items():
+        shapes.setdefault(m.outline.tobytes(), []).append(f"{component}/{marker}")
+    for shape, markers in shapes.items():
+        seen, named = traced.get(shape), ", ".join(markers)
+        if seen is None:
+            yield (
+                f"{named}: not measured; {LEAST_IMAGES} images or more are wanted that show it, {LEAST_PX:g} pixels "
+                "wide and more (discs and sides of solids stay as they are)"
+            )
+            continue
+        x, y = 1e3 * seen.at
+        holds = "" if seen.differs else f"; up to {1e3 * seen.least_m:.1f} mm may be noise: it holds"
+        yield f"{named}: in {seen.images} images up to {1e3 * seen.off_m:.1f} mm off, at x {x:.0f}, y {y:.0f} mm{holds}"
+
+
+def _picture(traced: Sequence[Traced]) -> NDArray[np.uint8]:
+    """(H, W, 3) BGR what was seen of each shape."""
+    cells = [_cell(t) for t in traced] or [np.full((_CELL_PX, _CELL_PX, 3), 255, np.uint8)]
+    wide = min(len(cells), _COLUMNS)
+    cells += [np.full_like(cells[0], 255)] * (-len(cells) % wide)
+    return np.vstack([np.hstack(cells[i : i + wide]) for i in range(0, len(cells), wide)])
+
+
+def _cell(t: Traced) -> NDArray[np.uint8]:
+    height, width = t.level.shape
+    zoom = (_CELL_PX - _CAPTION_PX) / max(height, width)
+    grey = cv2.cvtColor(cv2.resize(255 - t.level // 3, None, fx=zoom, fy=zoom), cv2.COLOR_GRAY2BGR)
+    for outline, colour in ((t.drawn.outline, _DRAWN), (t.outline, _SEEN)):
+        at = ((outline - t.corner) * (1, -1) * t.zoom + 0.5) * zoom - 0.5
+        cv2.polylines(grey, [(at * 16).round().astype(np.int32)], True, colour, 1, cv2.LINE_AA, 4)
+    cell = np.full((_CELL_PX, _CELL_PX, 3), 255, np.uint8)
+    cell[_CAPTION_PX : _CAPTION_PX + grey.shape[0], : grey.shape[1]] = grey
+    note = f"{t.drawn.name}: {1e3 * t.off_m:.1f} mm off, {t.images} images"
+    cv2.putText(cell, note, (8, _CAPTION_PX - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, _INK, 1, cv2.LINE_AA)
+    return cell

@@ -1,0 +1,155 @@
+"""`artrec trace`: outlines measured by images in which objects are found."""
+
+import argparse
+
+import cv2
+import numpy as np
+import pytest
+
+from artrec_ros.core.base.errors import ConfigError, SourceError
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.target import Target
+from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.tools import trace
+from artrec_ros.tools.training.seen_outlines import SeenOutlines
+
+LEVER = """format: artrec_object/1
+name: lever
+markers:
+  plate:
+    outline: [[-0.08, -0.02], [0.08, -0.02], [0.08, 0.02], [0.06, 0.02], [0.06, DEEP], [0.04, DEEP], [0.04, 0.02], [-0.08, 0.02]]
+    axis: [[-0.08, 0], [0.08, 0]]
+components:
+  lever: {required: true, label: red, markers: {plate: {pose: {}}}}
+"""  # noqa: E501
+PARAMETERS = """/**:
+  ros__parameters:
+    objects: [lever]
+    lever: {object_file: lever.yaml, label: 2}
+    image: {kind: labels, classes: [red], red: {label: 2}}
+"""
+SCALE, SIZE = 700.0, (320, 240)
+
+
+def run(*arguments):
+    parser = argparse.ArgumentParser()
+    trace.add_parser(parser.add_subparsers())
+    args = parser.parse_args(["trace", *map(str, arguments)])
+    return args.run(args)
+
+
+def outline(deep):
+    notch = [(0.06, 0.02), (0.06, 0.02 - deep), (0.04, 0.02 - deep), (0.04, 0.02)]
+    return np.array([(-0.08, -0.02), (0.08, -0.02), (0.08, 0.02), *notch, (-0.08, 0.02)])
+
+
+def at(points, turn, middle):
+    """Pixels; `turn` is counter-clockwise in the image."""
+    c, s = np.cos(turn), np.sin(turn)
+    return np.asarray(points) @ np.array([[c, -s], [-s, -c]]) * SCALE + middle
+
+
+def image(deep, n):
+    """(H, W) class numbers of a lever with such a notch."""
+    corners = at(outline(deep), 0.7 * n, (160 + 3 * n % 7, 120))
+    zoom, bits = 4, 4
+    large = cv2.fillPoly(
+        np.zeros((zoom * SIZE[1], zoom * SIZE[0]), np.uint8),
+        [(((corners + 0.5) * zoom - 0.5) * (1 << bits)).round().astype(np.int32)], 2, shift=bits,
+    )  # fmt: skip
+    return large[zoom // 2 :: zoom, zoom // 2 :: zoom].copy()
+
+
+@pytest.fixture
+def setup(tmp_path):
+    """A folder with images of a deep notch, an object file with a shallow one, and parameters."""
+    (tmp_path / "lever.yaml").write_text(LEVER.replace("DEEP", "0.014"))
+    (tmp_path / "params.yaml").write_text(PARAMETERS)
+    (tmp_path / "images").mkdir()
+    for n in range(18):
+        cv2.imwrite(str(tmp_path / "images" / f"{n:04d}.png"), image(0.02, n))
+    return tmp_path
+
+
+def test_a_notch_is_measured_and_what_holds_stays(setup, capsys):
+    out, picture = setup / "seen.yaml", setup / "seen.png"
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", out, "--picture", picture) == 0
+    told = capsys.readouterr().out
+    assert "lever/plate: in 18 images up to 13" in told and "In 9 images that did not measure" in told
+    measured = load_object(out, {"red": 2}).component("lever").marker("plate").outline
+    inside = measured[(np.abs(measured[:, 0] - 0.05) < 0.008)]
+    assert inside[:, 1] == pytest.approx(0.0, abs=0.0015)  # the notch's ground
+    for corner in [(-0.08, -0.02), (0.08, -0.02), (0.08, 0.02), (-0.08, 0.02)]:
+        assert np.abs(measured - corner).sum(axis=1).min() < 1e-9
+    assert "label: red" in out.read_text()
+    assert cv2.imread(str(picture)).shape == (360, 360, 3)
+
+
+def test_what_is_drawn_as_it_is_seen_is_copied(setup, capsys):
+    (setup / "lever.yaml").write_text(LEVER.replace("DEEP", "0.0"))
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    told = capsys.readouterr().out
+    assert "may be noise: it holds" in told and "holds as it is" in told
+    before, after = (
+        load_object(setup / name, {"red": 2}).markers["lever", "plate"] for name in ("lever.yaml", "seen.yaml")
+    )
+    np.testing.assert_array_equal(before.outline, after.outline)
+
+
+def test_images_that_cannot_be_used_are_named_and_passed_over(setup, capsys):
+    (setup / "images" / "0003.png").write_bytes(b"no picture")
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    told = capsys.readouterr()
+    assert "0003.png" in told.err and "in 17 images" in told.out
+    for path in (setup / "images").iterdir():
+        path.write_bytes(b"no picture")
+    with pytest.raises(SourceError, match="no image that can be used"):
+        run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "none.yaml")
+    assert not (setup / "none.yaml").exists()
+
+
+def test_too_few_images_measure_nothing(setup, capsys):
+    for path in sorted((setup / "images").iterdir())[6:]:
+        path.unlink()
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    assert "lever/plate: not measured; 8 images or more" in capsys.readouterr().out
+
+
+def test_of_several_objects_one_is_chosen_and_discs_have_no_shape_to_measure(setup):
+    disc = "format: artrec_object/1\nname: dot\nmarkers: {dot: {disc: {radius: 0.02}, axis: [[0, 0], [0.01, 0]]}}\n"
+    (setup / "dot.yaml").write_text(disc + "components: {dot: {required: true, markers: {dot: {pose: {}}}}}\n")
+    both = PARAMETERS.replace("[lever]", "[lever, dot]").replace(
+        "    image:", "    dot: {object_file: dot.yaml, label: 3}\n    image:"
+    )
+    (setup / "params.yaml").write_text(both)
+    arguments = setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml"
+    with pytest.raises(ConfigError, match="--object: the parameters have several"):
+        run(*arguments)
+    with pytest.raises(ConfigError, match=r"none of the parameters' objects \(lever, dot\)"):
+        run(*arguments, "--object", "lamp")
+    with pytest.raises(ConfigError, match="no flat marker but discs"):
+        run(*arguments, "--object", "dot")
+
+
+def test_what_another_marker_lies_on_stays_as_it_is_drawn(setup):
+    """In all images something of another class lies on one end, and was found there."""
+    model = load_object(setup / "lever.yaml", {"red": 2})
+    target, seen = Target("lever", model, 2), SeenOutlines(model)
+    for n in range(12):
+        turn, middle = 0.5 * n, np.array([160.0, 120.0])
+        labels = cv2.fillPoly(
+            np.zeros(SIZE[::-1], np.uint8), [at(outline(0.006), turn, middle).round().astype(np.int32)], 2
+        )
+        cover = at([(-0.09, -0.03), (-0.05, -0.03), (-0.05, 0.03), (-0.09, 0.03)], turn, middle)
+        cv2.fillPoly(labels, [cover.round().astype(np.int32)], 5)
+        own = Instance(
+            "lever", "plate", 0.9, *middle, -turn, SCALE, at(model.markers["lever", "plate"].outline, turn, middle)
+        )
+        other = Instance("cover", "cover", 0.9, *middle, 0.0, SCALE, cover)
+        found, beside = (
+            Detection(name, 0, 0.9, ImagePose(*middle, -turn, SCALE), (part,))
+            for name, part in (("lever", own), ("cover", other))
+        )
+        seen.add(labels, None, target, found, [found, beside])
+    (traced,) = seen.traced().values()
+    assert not traced.differs and traced.images == 12

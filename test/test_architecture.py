@@ -115,7 +115,8 @@ def test_every_room_says_what_it_is_for(layer: str, rooms: set[str]) -> None:
 def test_core_needs_numpy_opencv_and_numba_alone(path: Path) -> None:
     foreign = {name[0] for name in imports(path)} - set(sys.stdlib_module_names)
     extra = {"jit.py": {"numba"}, "kernel_cache.py": {"llvmlite", "numba"}}
-    extra |= dict.fromkeys(("matching.py", "identity.py", "view_fit.py", "marked_views.py", "same_turns.py", "outline_mending.py"), {"scipy"})
+    fits = "view_fit.py", "marked_views.py", "outline_mending.py"
+    extra |= dict.fromkeys((*fits, "matching.py", "identity.py", "same_turns.py"), {"scipy"})
     assert foreign <= {"numpy", "cv2", "artrec_ros", *extra.get(path.name, set())}
 
 

@@ -24,7 +24,7 @@ from ..io.learned.regions import MarkedImage
 # of `image`, by which colours are learned
 GIVEN = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
 _READ = partial(bar, desc="reading", unit="image", leave=False)
-_UNMARKED = 255  # number of the pixels that nobody has marked
+UNMARKED = 255  # number of the pixels that nobody has marked
 _TRIED = 24  # images at most that sharpening is tried on, or blur and gamma are measured in
 
 Samples = dict[str, NDArray[np.uint8]]
@@ -53,7 +53,7 @@ class Told:
 
     def read(self, marked: MarkedImage, numbers: dict[str, int]) -> Pair:
         """One of the images as samples were drawn from it, and each region's number."""
-        return _prepared(marked.read(numbers, _UNMARKED), self.blank, self.camera)
+        return _prepared(marked.read(numbers, UNMARKED), self.blank, self.camera)
 
 
 def samples_of_labels(
@@ -63,7 +63,7 @@ def samples_of_labels(
 
     :param blank, camera: as of `samples_of_regions`.
     """
-    names = {n: f"label {n}" for n in range(_UNMARKED)} | {label: name for name, label in labels.items()}
+    names = {n: f"label {n}" for n in range(UNMARKED)} | {label: name for name, label in labels.items()}
     used = (_prepared((image, told.copy()), blank, camera) for image, told in islice(pairs, 0, None, every))
     return _collect(used, names, labels, by_segmenter=True, camera=camera)
 
@@ -86,7 +86,7 @@ def samples_of_regions(
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
     camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
-    pairs = (_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked)
+    pairs = (_prepared(m.read(numbers, UNMARKED), blank, camera) for m in marked)
     samples, told = _collect(pairs, names, labels, by_segmenter=False, camera=camera)
     return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]], marked=marked, blank=blank)
 
@@ -101,21 +101,21 @@ def _measured(
     """
     if camera.smoothing_px > 0:
         return camera
-    raw = [_prepared(m.read(numbers, _UNMARKED), blank, camera) for m in marked]
+    raw = [_prepared(m.read(numbers, UNMARKED), blank, camera) for m in marked]
     if not known:
-        camera = replace(camera, blur_px=lens_blur(raw, _UNMARKED))
+        camera = replace(camera, blur_px=lens_blur(raw, UNMARKED))
         if camera.blur_px > 0:
             exact = [(image, [outline for _, outline in m.exact]) for (image, _), m in zip(raw, marked, strict=True)]
             camera = replace(camera, gamma=gamma_of(exact))
         if camera.gamma == 1.0:
             return camera
     lit = ((as_light(image, camera.gamma), told) for image, told in raw)
-    return replace(camera, blur_px=lens_blur(lit, _UNMARKED))
+    return replace(camera, blur_px=lens_blur(lit, UNMARKED))
 
 
 def _prepared(pair: Pair, blank: tuple[int, ...], image: ImageConfig) -> Pair:
     for x, y, width, height in np.reshape(blank, (-1, 4)).astype(int).tolist():
-        pair[1][y : y + height, x : x + width] = _UNMARKED
+        pair[1][y : y + height, x : x + width] = UNMARKED
     return filtered(evenly_lit(pair[0], replace(image, blank=blank)), image), pair[1]
 
 
@@ -132,7 +132,7 @@ def _collect(
     for image, numbers in _READ(pairs):
         for name, colours in sample_colours(image, numbers, names, rng, told.camera.blur_px).items():
             found[name].append(colours)
-        if names.get(0) == REST and len(colours := sample_beside(image, numbers, _UNMARKED, rng, told.camera.blur_px)):
+        if names.get(0) == REST and len(colours := sample_beside(image, numbers, UNMARKED, rng, told.camera.blur_px)):
             found[BESIDE].append(colours)
         if len(told.pairs) < _TRIED:
             told.pairs.append((image, numbers))

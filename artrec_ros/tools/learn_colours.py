@@ -31,6 +31,7 @@ from .colour_setup import ColourSetup, load_colour_setup
 from .colours_of_samples import learn_from
 from .options.outputs import OF_COLOURS, check_output
 from .options.paths import path
+from .unmarked_things import unmarked_things
 
 _DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
 
@@ -98,7 +99,7 @@ def run(args: argparse.Namespace) -> int:
     scales = marked_scales(args.annotations, setup.targets) if setup is not None else np.zeros(0)
     beyond = beyond_marks_px(args.annotations, setup.targets) if setup is not None else {}
     print("\n".join(report(learned, setup.bodies if setup is not None else (), scales, beyond)))
-    for line in size_lines(setup, scales) if setup is not None else ():
+    for line in [*unmarked_things(told, learned.image), *(size_lines(setup, scales) if setup is not None else ())]:
         print(line)
     print(f"Wrote {args.output}: {len(labels)} classes. Give it as a second --params-file, or paste it into the first.")
     return 0

@@ -10,6 +10,7 @@ import cv2
 import numpy as np
 import pytest
 from painted import (
+    RED,
     from_labels,
     from_regions,
     learn,
@@ -194,3 +195,26 @@ def test_a_reference_of_something_else_in_few_of_a_class_pixels_is_told(folder: 
     assert line.startswith("blue's reference 40,200,60 has another hue than most of it, ")
     assert ("most of all in 0.png [50, 20, 20, 20] (x, y, width, height)" in line) == (way is from_regions)
     assert "mark smaller regions, or mark it as one of a category of its own" in line
+
+
+@pytest.mark.parametrize("category", [None, "rail", "red"])
+def test_long_things_of_a_class_that_nobody_marked_are_named(folder: Path, category, capsys) -> None:
+    """Until they are marked, be it as background or as more of the class."""
+    arguments = from_regions(folder)
+    for path in (folder / "images").glob("*.png"):
+        image = cv2.imread(str(path))
+        image[6:10] = RED[::-1]
+        cv2.imwrite(str(path), image)
+    regions = folder / "images" / "regions.json"
+    coco = json.loads(regions.read_text())
+    if category == "rail":
+        coco["categories"].append({"id": 99, "name": "rail"})
+    number = {c["name"]: c["id"] for c in coco["categories"]}.get(category)
+    for n, own in enumerate(coco["images"] if category else (), start=1000):
+        box = {"id": n, "image_id": own["id"], "category_id": number, "bbox": [5, 7, 70, 2]}
+        coco["annotations"].append(box)
+    regions.write_text(json.dumps(coco))
+    assert learn(folder, *arguments) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if "no region touches" in line]
+    assert [line.split(" takes ")[0] for line in told] == (["red"] if category is None else [])
+    assert all("[0, 6, 90, 4] (x, y, width, height)" in line for line in told)

@@ -49,8 +49,8 @@ def unmarked_things(told: Told, image: ImageConfig) -> Iterator[str]:
         yield (
             f"{name} takes {len(longer)} things, in {pictures} of {len(told.pairs)} pictures, that no region touches "
             f"and that are more than twice as long as all that is marked of it: the longest in {first.picture} "
-            f"{first.box} (x, y, width, height). Mark such a thing as one of a category of its own, which is background; "
-            f"or, if it is {name}, as that"
+            f"{first.box} (x, y, width, height). Mark such a thing as one of a category of its own, a background; or, "
+            f"if it is {name}, as that"
         )
 
 

@@ -93,8 +93,10 @@ def _played(bag: Bag, topics: list[Topic], names: dict[str, str], args: argparse
     for name, kind in player.skipped.items():
         print(f"{name}: {kind} is not installed here; skipped")
     player.begin()
+    whole = not args.start_offset and args.playback_duration is None
+    total = sum(t.count for t in topics) if whole else None
     while True:
-        player.play(bar(_messages(bag, topics, args), unit="message"), args.rate)
+        player.play(bar(_messages(bag, topics, args), unit="message", total=total), args.rate)
         for line in bag.problems:
             tell(line)
         if not player.sent:

@@ -34,8 +34,13 @@ _NAMED_COLOURS: dict[str, Colour] = {  # BGR, bright: what objects are drawn in 
 _MUTED = 0.75  # brightness of a class, against an object's: outlines stand out
 _LEAST_LENGTH_PX = 600
 _MOST_REJECTIONS = 4
-_NUMBER = re.compile(r"-?\d[\d.]*")  # reasons that differ by these alone say the same
+_NUMBER = re.compile(r"-?\d[\d.]*")
 _NEAR_PX, _CLUSTER_PX = 3.0, 25.0  # of the original image
+
+
+def but_for_numbers(rejection: Rejection) -> str:
+    """An object's name and a reason: those that differ by numbers alone say the same."""
+    return _NUMBER.sub("", f"{rejection.object}: {rejection.reason}")
 
 
 def class_picture(labels: NDArray[Any], classes: Sequence[tuple[str, int]] = ()) -> Picture:
@@ -99,7 +104,7 @@ def draw_result(
         canvas.cross(rejection)
     said = dict[str, tuple[Rejection, int]]()
     for rejection, others in told:  # the best that says so
-        said.setdefault(_NUMBER.sub("", f"{rejection.object}: {rejection.reason}"), (rejection, others))
+        said.setdefault(but_for_numbers(rejection), (rejection, others))
     for n, (rejection, others) in enumerate(said.values()):
         canvas.reason(rejection, others, in_any_case=n == 0)
     if result.waiting and not (result.detections or result.rejected):  # else nothing would say why

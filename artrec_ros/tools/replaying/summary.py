@@ -13,6 +13,7 @@ import numpy as np
 import scipy
 
 from ... import __version__
+from ...core.drawing import but_for_numbers
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
 _NAMED = 3  # frames of one error
@@ -32,7 +33,8 @@ class Summary:
     total_ms: list[float] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
     interrupted: bool = False
-    first_reason: str = ""  # of anything that was turned down
+    why_none: Counter[str] = field(default_factory=Counter)  # of frames without objects, but for numbers
+    reasons: dict[str, str] = field(default_factory=dict)  # the first one that was so
 
     def add(self, record: FrameRecord) -> None:
         """Count one more frame."""
@@ -45,8 +47,11 @@ class Summary:
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
         self.waiting += record.waiting
-        if not self.first_reason and record.rejected:
-            self.first_reason = f"{record.rejected[0].object}: {record.rejected[0].reason}"
+        if record.rejected and not record.detections:
+            likeliest = max(record.rejected, key=lambda r: r.score)
+            kind = but_for_numbers(likeliest)
+            self.why_none[kind] += 1
+            self.reasons.setdefault(kind, f"{likeliest.object}: {likeliest.reason}")
         if "total" in record.timing_ms:
             self.total_ms.append(record.timing_ms["total"])
 
@@ -89,8 +94,9 @@ class Summary:
             return
         found = ", ".join(f"{n} {name}" for name, n in sorted(self.objects.items())) or "none"
         yield f"frames {self.frames}, objects found: {found}; frames without any: {self.frames_without_objects}"
-        if self.first_reason and not self.objects:
-            yield f"the first reason why not, {self.first_reason} (all of them: {DETECTIONS_FILE})"
+        for kind, count in self.why_none.most_common(1):
+            where = f"in {count} of these" if count > 1 else "in one of these"
+            yield f"why not, most often ({where}; all reasons: {DETECTIONS_FILE}): {self.reasons[kind]}"
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         for limit, count in sorted(self.frames_cut_short.items()):

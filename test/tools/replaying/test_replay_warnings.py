@@ -32,12 +32,16 @@ def test_the_limits_that_cut_frames_short_are_told_apart():
     assert told == [f"{count} frame(s) were cut short by {limit}" for limit, count in ((nodes, 3), (time, 1))]
 
 
-def test_where_nothing_is_found_the_first_reason_is_told():
+def test_why_frames_have_no_object_is_told_by_the_reason_that_most_have():
+    """Of each frame the one of what came nearest; reasons that differ by numbers alone are one."""
     summary = Summary()
     summary.add(FrameRecord(0, "/c", (8, 6)))
-    for reason in ("too small", "too far"):
-        summary.add(FrameRecord(1, "/c", (8, 6), rejected=(Rejection("red", reason),)))
-    assert "the first reason why not, red: too small (all of them: detections.jsonl)" in list(summary.lines())
+    assert not [line for line in summary.lines() if line.startswith("why not")]
+    near, far = (Rejection("red", f"its outline fits by {n}", n) for n in (0.2, 0.3))
+    for t, rejected in enumerate([(Rejection("red", "too far", 0.5),), (near, Rejection("red", "too far")), (far,)], 1):
+        summary.add(FrameRecord(t, "/c", (8, 6), rejected=rejected))
+    told = [line for line in summary.lines() if line.startswith("why not")]
+    assert told == ["why not, most often (in 2 of these; all reasons: detections.jsonl): red: its outline fits by 0.2"]
 
 
 def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):

@@ -30,6 +30,28 @@ class Floor:
         c = np.cos(pitch)
         return cls(np.array([-np.sin(roll) * c, -np.cos(roll) * c, -np.sin(pitch)]), config)
 
+    @property
+    def standing_at_m(self) -> float:
+        """How far above the camera the place of an object that stands on it is."""
+        return self.config.object_height_m - self.config.camera_height_m
+
+    @property
+    def height_sigma_m(self) -> float:
+        """Deviation of the height of what is anywhere between the limits."""
+        return self.config.height_tolerance_m / np.sqrt(3)
+
+    @property
+    def leaning_sigma_rad(self) -> float:
+        """Deviation of how far what leans anyhow within the limit does so to one side: half the radius of a disc."""
+        return float(np.radians(self.config.max_tilt_deg) / 2)
+
+    @property
+    def log_depths(self) -> float:
+        """Logarithm of how many times as far off as the nearest place on a line of sight at which an object may stand
+        the farthest is: of all lines the same."""
+        off, most = abs(self.standing_at_m), self.config.height_tolerance_m
+        return float(np.log((off + most) / (off - most))) if off > most else np.inf
+
     def heights(self, t: Array) -> Array:
         """(n,) metres above the floor of points (n, 3) in the camera."""
         return np.asarray(t @ self.up + self.config.camera_height_m, np.float64)

@@ -74,8 +74,8 @@ class ImageFrame:
         return self if self.field.unowned is self.field else self.labelled(self.field.unowned)
 
     def faced(self) -> ImageFrame:
-        """The same frame to objects that face the camera, whichever took it."""
-        return replace(self, calibration=Camera.facing(self.size))
+        """The same frame to objects that face the camera, whichever took it: they stand on no floor."""
+        return replace(self, calibration=Camera.facing(self.size), scene=replace(self.scene, floor=None))
 
     def unhurried(self) -> ImageFrame:
         """The same frame with all the time it takes."""

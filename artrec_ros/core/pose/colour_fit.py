@@ -15,6 +15,8 @@ from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from .colour_edge_kernels import ColourEdges, look_for_colours
 from .contour_term_kernels import ContourFit
+from .floor_term import equations, floor_term
+from .floor_term_kernels import FloorTerm
 from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .poses import Poses
 from .surface_model import SpatialModel
@@ -40,9 +42,10 @@ class ColourFit:
             return poses
         at, (fit, residual, weight) = poses, self.edges(frame, poses, used)
         before, seen = _misfit(residual, weight), _total(weight)
-        at_edges = weight_at_edges(self._surface, used, self._config)
+        floor = floor_term(frame.scene.floor, self._config)
+        at_edges = weight_at_edges(self._surface, used, self._config, floor)
         for _ in range(self._config.colour_rounds):
-            at, moved_px = self._step(at, fit, residual, weight, at_edges)
+            at, moved_px = self._step(at, fit, residual, weight, at_edges, floor)
             fit, residual, weight = self.edges(frame, at, used)
             if moved_px < _STILL_PX:
                 break
@@ -64,7 +67,7 @@ class ColourFit:
         return fit, residual, weight
 
     def _step(
-        self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array
+        self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array, floor: FloorTerm
     ) -> tuple[Poses, float]:
         """One step of least squares, in which far residuals pull no more than those of a pixel (Huber); and how far it
         takes the contours at most, pixels.
@@ -81,8 +84,9 @@ class ColourFit:
         held *= config.point_sigma_px**2
         held[:, n] = np.minimum(at_edges, AS_GOOD_AS_CERTAIN)
         weighed = (J * w[..., None]).swapaxes(1, 2)
-        pull = weighed @ r[..., None]  # of joints nothing more: those that nobody sees stay
-        step = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1), pull)
+        stands, down = equations(floor, poses, n + 1)
+        pull = weighed @ r[..., None] + down[..., None]  # of joints nothing more: those that nobody sees stay
+        step = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1) + stands, pull)
         x, moved = step[..., 0], np.where(w > 0, np.abs(J[..., :n] @ step[:, :n])[..., 0], 0.0)
         R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
         return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n])), float(moved.max(initial=0.0))

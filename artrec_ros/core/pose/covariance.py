@@ -33,6 +33,7 @@ from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .covariance_kernels import Spreads, Sums, Weights, add_up, spread_out
+from .floor_term import equations, floor_term
 from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .poses import Poses
 from .restarts import scatter
@@ -96,12 +97,14 @@ def sources(
 ) -> Sources:
     """As of `pose_covariances`. :param known: (H, 6+J) deviations without any image."""
     c, sigma_px = config.covariance, config.fit.point_sigma_px
-    n_par, at_edges = known.shape[1], weight_at_edges(model, use, config.fit)
+    floor, n_par = floor_term(frame.scene.floor, config.fit), known.shape[1]
+    at_edges = weight_at_edges(model, use, config.fit, floor)
     certain = np.column_stack([known**-2.0, at_edges / sigma_px**2])
-    prior = np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None]
+    prior = np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None] * np.eye(n_par + 1)
+    prior += equations(floor, poses, n_par + 1)[0] / sigma_px**2
     fit = contour_fit(model, frame, poses, use, c.reach_px, config.fit)
     by = Weights(float(sigma_px**2), np.minimum(at_edges, AS_GOOD_AS_CERTAIN), float(c.least_freedom), int(c.stretches))
-    A, sums = prior * np.eye(n_par + 1), Sums(*np.empty((4, len(poses))))
+    A, sums = prior.copy(), Sums(*np.empty((4, len(poses))))
     add_up(fit, by, A, sums)
     gain = np.ascontiguousarray(np.linalg.inv(A)[:, :, :n_par])
     spreads = Spreads(*np.zeros((4, len(poses), n_par, n_par)))
@@ -111,7 +114,7 @@ def sources(
     rough_px2 = np.maximum(sums.square - c.exact_share * sums.left_open, 0.0) * (frame.image is None)
     more = (1 + c.rough_gain * rough_px2)[:, None, None]
     return Sources(
-        known=(_transposed(gain) * prior) @ gain,
+        known=_transposed(gain) @ prior @ gain,
         spread=more * spreads.spread,
         seam=more * seams_px[:, None, None] ** 2 * spreads.by_pixel,
         blend=spreads.by_pixel * (frame.image is not None),

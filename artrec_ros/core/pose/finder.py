@@ -67,7 +67,7 @@ class WholeObjectFinder:
         self._equip()
         self.alternatives = Alternatives(self.surface, config.verdict)
         self.required = RequiredPlace(target.model, self.surface)
-        self.upright = Upright(self.required, facing=facing)
+        self.upright = Upright(self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
         self.last_climb = Climb.last(config, facing=facing)
         self._bend()

@@ -16,6 +16,7 @@ from ..model.chain_kernels import Chain, place_seen, turn_by
 from .contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from .damping_kernels import Damping, add_damping, shorten
 from .edge_kernels import EdgeRoom, edge_room
+from .floor_term_kernels import FloorTerm, add_floor
 from .joint_prior_kernels import JointPrior, add_joint_prior
 from .placed_kernels import Equations, Joints, Placed, no_equations
 
@@ -25,16 +26,20 @@ class Terms(NamedTuple):
 
     contours: ContourTerm
     joints: JointPrior
+    floor: FloorTerm
     damping: Damping
 
 
 @inlined
-def add_all(terms: Terms, h: int, step: int, placed: Placed, to: Equations, columns: Any, room: EdgeRoom) -> None:
-    """Fill the equations of hypothesis `h` in step `step`: the lower half of A, and b."""
+def add_all(
+    terms: Terms, h: int, step: int, R: Any, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
+) -> None:
+    """Fill the equations of hypothesis `h`, turned by R (3, 3), in step `step`: the lower half of A, and b."""
     to.A[:], to.b[:], to.outwards[:] = 0.0, 0.0, 0.0
     add_contours(terms.contours, h, step, placed, to, columns, room)
     leave_outwards(terms.contours.at_edges[h], to)
     add_joint_prior(terms.joints, h, placed, to)
+    add_floor(terms.floor, R, placed.t, to.A, to.b)
     add_damping(terms.damping, placed, to)
 
 
@@ -103,7 +108,7 @@ def fit_one(terms: Terms, h: int, chain: Chain, joints: Joints, R: Any, t: Any, 
     for step in range(len(terms.contours.edges.reach)):
         place_seen(chain, R, t, q, room.R, room.frame_t, room.axis, room.origin, room.scratch)
         placed = Placed(t, q, room.R, room.frame_t, room.axis, room.origin, joints)
-        add_all(terms, h, step, placed, room.equations, room.columns, room.edges)
+        add_all(terms, h, step, R, placed, room.equations, room.columns, room.edges)
         solve(room.equations.A, room.equations.b, room.x, room.first)
         shorten(terms.damping, placed, room.x)
         for i in range(len(room.x)):

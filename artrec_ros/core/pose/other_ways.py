@@ -76,7 +76,7 @@ class OtherWays:
         ways = finder.rest.at_rest(frame, ways, finder.voter.supports(frame, ways))
         told = finder.voter.votes(frame, pose, occlusion=True)
         may_be = finder.voter.votes(frame, ways, occlusion=True) > self._least(told)
-        ways = ways[np.flatnonzero(may_be & (frame.scene.stand(ways.R, ways.t) | finder.facing))]
+        ways = ways[np.flatnonzero(may_be & frame.scene.stand(ways.R, ways.t))]
         ways = self._apart(ways, pose, moving)
         if not len(ways):
             return None

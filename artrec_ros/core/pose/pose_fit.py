@@ -16,6 +16,8 @@ from .damping_kernels import Damping
 from .edge_kernels import EdgeTerms
 from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
+from .floor_term import floor_term, is_told
+from .floor_term_kernels import FloorTerm
 from .joint_prior_kernels import JointPrior
 from .occlusion import BEHIND
 from .placed_kernels import Joints
@@ -75,7 +77,7 @@ class Fit:
         shown = self._model.shown_contour(poses, use) if last else ALL_SHOWN
         terms = self.terms(frame, use, reach_px, free_joints, shown)
         if last:
-            at_edges = weight_at_edges(self._model, use, self._config)
+            at_edges = weight_at_edges(self._model, use, self._config, terms.floor)
             terms = terms._replace(contours=terms.contours._replace(at_edges=at_edges))
         return self.by(terms, frame, poses)
 
@@ -93,8 +95,9 @@ class Fit:
         """
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
         edges = edge_terms(self._model, frame.field, reach_px, self._config)
-        contours = _contour_term(self._model, frame, use, shown, edges)
-        return Terms(contours, self._prior._replace(free=free), self._damping)
+        contours, prior = _contour_term(self._model, frame, use, shown, edges), self._prior._replace(free=free)
+        floor = floor_term(frame.scene.floor, self._config)
+        return Terms(contours, prior, floor, self._damping)
 
     def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
         """Fits of H poses; those that are left at the deadline stay as they are."""
@@ -104,13 +107,13 @@ class Fit:
         return Poses(R, t, q)
 
 
-def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig) -> Array:
-    """(H,) see `ContourTerm.at_edges`: inf where no two markers that stand apart tell the range. What is between
-    markers that adjoin each other moves neither outwards nor inwards.
+def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig, floor: FloorTerm) -> Array:
+    """(H,) see `ContourTerm.at_edges`: inf where neither a floor nor two markers that stand apart tell the range. What
+    is between markers that adjoin each other moves neither outwards nor inwards.
 
     :param use: (H, M) the markers that are fitted.
     """
-    several = (use & model.stand_apart).sum(axis=1) > 1
+    several = is_told(floor) | ((use & model.stand_apart).sum(axis=1) > 1)
     return np.where(several, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
 
 
@@ -120,7 +123,7 @@ def of_some(terms: Terms, part: slice) -> Terms:
     if part == slice(0, len(of.use)):
         return terms
     seen = of._replace(use=of.use[part], shown=of.shown[part], at_edges=of.at_edges[part])
-    return Terms(seen, terms.joints._replace(free=terms.joints.free[part]), terms.damping)
+    return terms._replace(contours=seen, joints=terms.joints._replace(free=terms.joints.free[part]))
 
 
 def fit_component(

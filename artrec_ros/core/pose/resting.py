@@ -105,8 +105,6 @@ class Resting:
 
     def _left_floor(self, frame: ImageFrame, both: Poses) -> NDArray[np.bool_]:
         """(H,) which of H poses in space stood on the scene's floor, and do so no longer as the next H."""
-        if self._facing:
-            return np.zeros(len(both) // 2, bool)
         stood, stand = frame.scene.stand(both.R, both.t).reshape(2, -1)
         return np.asarray(stood & ~stand)
 

@@ -14,14 +14,14 @@ from .required_place import RequiredPlace
 
 
 class Upright:
-    """Those of one object. :param facing: it faces the camera, and no floor is asked for."""
+    """Those of one object."""
 
-    def __init__(self, required: RequiredPlace, *, facing: bool) -> None:
-        self._required, self._facing = required, facing
+    def __init__(self, required: RequiredPlace) -> None:
+        self._required = required
 
     def of(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those that lean too much, turned about the middle of their required component by as little as will do."""
-        floor = None if self._facing else frame.scene.floor
+        floor = frame.scene.floor
         if floor is None:
             return poses[:0]
         poses = poses[np.flatnonzero(floor.tilts_deg(poses.R) > floor.config.max_tilt_deg)]

@@ -183,8 +183,11 @@ def swollen(claims: Claims, larger: WholeObjectFinder) -> Claims:
 
 def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Array:
     """(H,) see `Claims`, of claims with their required components at points (H, 3)."""
+    if not finder.facing:
+        floor = frame.scene.floor
+        return np.full(len(anchors), MOST_KNOWN if floor is None else min(floor.log_depths, MOST_KNOWN))
     limits = scale_limits(finder.config, None)
-    if finder.facing and frame.scene:
+    if frame.scene:
         within = np.clip(frame.scene.scale_limits(project(frame.camera, anchors)), limits.least, limits.greatest)
         ratio = within[:, 1] / np.maximum(within[:, 0], 1e-9)
     else:
@@ -200,7 +203,7 @@ def _misplaced(
     if not scene:
         return [None] * len(anchors)
     seen = scene.reasons(project(frame.camera, anchors), scale if finder.facing else None)
-    if scene.floor is None or finder.facing:
+    if scene.floor is None:
         return seen
     return [a or b for a, b in zip(seen, scene.floor.reasons(poses.R, poses.t), strict=True)]
 

@@ -54,3 +54,19 @@ def test_nothing_is_known_of_a_floor_without_a_height() -> None:
     assert Scene.of(SceneConfig(floor=FloorConfig(camera_height_m=0.5))).floor is not None
     with pytest.raises(ConfigError, match=r"scene\.floor\.camera_pitch_deg: 100"):
         FloorConfig(camera_pitch_deg=100)
+
+
+@pytest.mark.parametrize("pitch", [20, 60, 90])
+def test_how_much_farther_the_farthest_place_is_than_the_nearest_is_known_of_all_lines_of_sight(pitch: float) -> None:
+    config = FloorConfig(
+        camera_height_m=1.5, camera_pitch_deg=pitch, object_height_m=0.3, height_tolerance_m=0.2, max_tilt_deg=20.0
+    )
+    floor = Floor.of(config)
+    ways = np.random.default_rng(3).normal(0, 0.2, (20, 3)) + (0, 0, 1)
+    ways = ways[ways @ floor.up < -0.05]
+    far = 0.01 * np.exp(np.linspace(0, 9, 40001))
+    for way in ways:
+        heights = floor.heights(far[:, None] * way)
+        stand = far[np.abs(heights - 0.3) <= 0.2]
+        assert floor.log_depths == pytest.approx(np.log(stand[-1] / stand[0]), abs=2e-3)
+    assert Floor.of(replace(config, object_height_m=1.4)).log_depths == np.inf  # one may stand anywhere on one

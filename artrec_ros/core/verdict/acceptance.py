@@ -112,7 +112,8 @@ _NEVER: Model = -50.0, {}  # a case that is not looked for
 @cache
 def _models(facing: bool) -> dict[str, Model]:
     """By case. Of what faces the camera curves of scenes with strays add to those of usual ones; in space curves of
-    images with colours to those of labels, and what stands in for the required component is judged as that is."""
+    images with colours to those of labels, and what stands in for the required component is judged as that is. How few
+    distances a floor leaves open counts as how few scales do where objects face the camera."""
     if facing:
         models = dict(facing_curves.CURVES)
         for case, more in stray_curves.ADDED.items():
@@ -121,6 +122,8 @@ def _models(facing: bool) -> dict[str, Model]:
     models = dict(acceptance_curves.CURVES)
     for case, more in colour_curves.ADDED.items():
         models[f"{case} in colour"] = _with(models[case], more)
+    for case, model in models.items():
+        models[case] = _with(model, (0.0, {"known": facing_curves.CURVES[case][1]["known"]}))
     for way, case in product(("", " in colour"), SHOWN):
         if model := models.get(f"{case}{way}"):
             models |= {f"{why}, {case}{way}": model for why in ("unseen", "faded")}

@@ -10,6 +10,7 @@ from ..base.config import FloorConfig
 from .transforms import Array, rotation_from_rotvec
 
 _GUESS_DEG = 30.0  # views of a marker are as far apart, whatever an object may lean
+_GUESS_SHARE = 0.1  # of the range, and so of what is below the camera: small blobs tell their scale to a tenth
 _HELD = 0.999  # of the limit: what is turned back to it must not be rounded beyond it
 
 
@@ -60,17 +61,23 @@ class Floor:
         """(n,) by how much the z axes of rotations (n, 3, 3) lean."""
         return np.asarray(np.degrees(np.arccos(np.clip(R[:, :, 2] @ self.up, -1, 1))), np.float64)
 
+    def odds_against(self, R: Array, t: Array) -> Array:
+        """(n,) logarithm of how many times as likely as a pose what stands upright at its height is: by deviations."""
+        off = (self.heights(t) - self.config.object_height_m) / self.height_sigma_m
+        return np.asarray((off**2 + (np.radians(self.tilts_deg(R)) / self.leaning_sigma_rad) ** 2) / 2, np.float64)
+
     def standing(self, R: Array, t: Array) -> np.ndarray:
         """(n,) bool: which poses stand on it."""
         return self._within(R, t, self.config.height_tolerance_m, self.config.max_tilt_deg)
 
     def may_stand(self, R: Array, t: Array, slack: float) -> np.ndarray:
         """(n,) bool: which guesses may come to stand on it, limits being so many times what they are, of leaning
-        `_GUESS_DEG` at least."""
+        `_GUESS_DEG` at least, and of height as far as a share of the range leads from it."""
         most_deg = max(slack * self.config.max_tilt_deg, _GUESS_DEG)
-        return self._within(R, t, slack * self.config.height_tolerance_m, most_deg)
+        most_m = np.maximum(slack * self.config.height_tolerance_m, _GUESS_SHARE * np.abs(t @ self.up))
+        return self._within(R, t, most_m, most_deg)
 
-    def _within(self, R: Array, t: Array, most_m: float, most_deg: float) -> np.ndarray:
+    def _within(self, R: Array, t: Array, most_m: float | Array, most_deg: float) -> np.ndarray:
         off = np.abs(self.heights(t) - self.config.object_height_m)
         return np.asarray((off <= most_m) & (self.tilts_deg(R) <= most_deg))
 

@@ -68,6 +68,10 @@ class Scene:
         """(n,) bool: which poses of objects in space stand on the floor: `Floor.standing`; all where none is known."""
         return np.ones(len(t), bool) if self.floor is None else self.floor.standing(R, t)
 
+    def odds_against(self, R: Array, t: Array) -> Array:
+        """(n,) of how high poses stand and how they lean: `Floor.odds_against`; 0 where no floor is known."""
+        return np.zeros(len(t)) if self.floor is None else self.floor.odds_against(R, t)
+
     def may_stand(self, R: Array, t: Array, slack: float) -> np.ndarray:
         """(n,) bool: which guesses may come to stand on it: `Floor.may_stand`; all where none is known."""
         return np.ones(len(t), bool) if self.floor is None else self.floor.may_stand(R, t, slack)

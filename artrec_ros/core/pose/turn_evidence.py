@@ -27,14 +27,16 @@ class Evidence(NamedTuple):
 
     :ivar votes: (H,) logarithm of their share of the votes.
     :ivar contours: (H,) signed root of the logarithm of the likelihoods' ratio of the contours that both show.
+    :ivar floor: (H,) log odds of them by how both stand on the scene's floor; 0: none is known.
     """
 
     votes: Array
     contours: Array
+    floor: Array | float = 0.0
 
     def log_odds(self, weights: Sequence[float] | Array) -> Array:
         """(H,) of the mirrored turns. :param weights: without evidence, of votes, of contours."""
-        return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours, np.float64)
+        return np.asarray(weights[0] + weights[1] * self.votes + weights[2] * self.contours + self.floor, np.float64)
 
 
 def turn_odds(
@@ -121,7 +123,8 @@ def contour_evidence(
     alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
     ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
     ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
-    return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)))
+    against = frame.scene.odds_against(both.R, both.t)
+    return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)), against[:h] - against[h:])
 
 
 def _scatters(

@@ -122,8 +122,8 @@ def _models(facing: bool) -> dict[str, Model]:
     models = dict(acceptance_curves.CURVES)
     for case, more in colour_curves.ADDED.items():
         models[f"{case} in colour"] = _with(models[case], more)
-    for case, model in models.items():
-        models[case] = _with(model, (0.0, {"known": facing_curves.CURVES[case][1]["known"]}))
+    for case, its_own in models.items():
+        models[case] = _with(its_own, (0.0, {"known": facing_curves.CURVES[case][1]["known"]}))
     for way, case in product(("", " in colour"), SHOWN):
         if model := models.get(f"{case}{way}"):
             models |= {f"{why}, {case}{way}": model for why in ("unseen", "faded")}

@@ -47,6 +47,19 @@ def test_what_does_not_stand_is_told_why() -> None:
     assert floor.may_stand(R, t, slack=1.6).tolist() == [True, False, True]
     strict = Floor.of(replace(config, max_tilt_deg=3.0))  # guesses lean by as much whatever objects may
     assert strict.may_stand(R[2:], t[2:], slack=1.0).all() and not strict.standing(R[2:], t[2:]).any()
+    exact = Floor.of(replace(config, height_tolerance_m=0.001))  # and are as far off as their size is
+    near, far = (t[:1] * share for share in (0.95, 0.85))
+    assert exact.may_stand(R[:1], near, slack=1.0).all() and not exact.may_stand(R[:1], far, slack=1.0).any()
+    assert not exact.standing(R[:1], near).any()
+
+
+def test_what_stands_at_its_height_is_the_likeliest() -> None:
+    floor = Floor.of(FloorConfig(camera_height_m=1.0, height_tolerance_m=0.3, max_tilt_deg=20.0))
+    upright, leaning = rotation_from_rpy([np.pi / 2, 0, 0]), rotation_from_rpy([np.pi / 2 + np.radians(20), 0, 0])
+    t = np.array([[0.3, 1.0, 2.0], [0.1, 0.7, 1.0], [0.3, 1.0, 1.5]])
+    against = floor.odds_against(np.array([upright, upright, leaning]), t)
+    np.testing.assert_allclose(against, [0.0, 1.5, 2.0], atol=1e-9)  # at the limits: of a range, and of a disc
+    assert not Scene().odds_against(upright[None], t[:1]).any()
 
 
 def test_nothing_is_known_of_a_floor_without_a_height() -> None:

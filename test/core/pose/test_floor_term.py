@@ -17,12 +17,16 @@ from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec, rota
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
+from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.colour_fit import ColourFit
 from artrec_ros.core.pose.covariance import pose_covariances
+from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.floor_term import equations, floor_term, is_told
 from artrec_ros.core.pose.pose_fit import fit_poses
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.surface_model import SpatialModel
+from artrec_ros.core.pose.turn_evidence import turn_odds
+from artrec_ros.core.verdict.judge import Judge
 from artrec_ros.io.objects.solids import box_solid
 
 CAMERA, HIGH_M, PITCH_DEG = camera_of((640, 480), 600.0), 1.2, 80.0
@@ -131,3 +135,26 @@ def test_what_the_image_shows_in_the_air_stays_there():
     at = standing(height_m=0.09)
     held, _ = fitted(TWO, render(CAMERA, [(TWO, at, RED)]), at, replace(FLOOR, height_tolerance_m=0.1))
     assert Floor.of(FLOOR).heights(held.t)[0] == pytest.approx(0.09, abs=0.005)
+
+
+def test_of_two_turns_the_upright_one_is_as_much_likelier_as_it_leans_less():
+    finder = WholeObjectFinder(Target("cube", CUBE, RED), DEFAULTS)
+    at, other = standing(), standing(leaning=np.radians(4))
+    labels = LabelField(render(CAMERA, [(CUBE, at, RED)]))
+    free, held = (
+        turn_odds(finder, ImageFrame(labels, CAMERA, scene=known(floor)), at, other) for floor in (None, FLOOR)
+    )
+    assert held - free == pytest.approx(-((4 / 2.5) ** 2) / 2, rel=1e-6)
+
+
+@pytest.mark.parametrize("tolerance_m, at_least", [(0.02, 3.0), (0.2, 1.5), (1.2, 1.0)])
+def test_the_fewer_places_a_floor_leaves_the_likelier_an_object_is(tolerance_m, at_least):
+    finder, at = WholeObjectFinder(Target("cube", CUBE, RED), DEFAULTS), standing()
+    labels = LabelField(render(CAMERA, [(CUBE, at, RED)]))
+    odds = []
+    for floor in (None, replace(FLOOR, height_tolerance_m=tolerance_m)):
+        frame = ImageFrame(labels, CAMERA, scene=known(floor))
+        p = float(Judge.of(DEFAULTS).verdicts(finder, at, frame).probability[0])
+        odds.append(p / (1 - p))
+    times = odds[1] / odds[0]
+    assert times > at_least if at_least > 1 else times == pytest.approx(1.0)  # from the lens on: any range

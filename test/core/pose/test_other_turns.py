@@ -2,7 +2,6 @@
 may be the true one."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import cv2
 import numpy as np
@@ -25,6 +24,8 @@ from solids import (
     turn_between,
 )
 
+from artrec_ros.core.base.config import FloorConfig
+from artrec_ros.core.geometry.floor import Floor
 from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
 from artrec_ros.core.image.codes import UNKNOWN
@@ -96,7 +97,7 @@ def _marker_turn(finder):
 
 def test_what_does_not_stand_on_a_known_floor_is_none():
     finder, frame, at = scene(sign(), pose(0, 0, 2.0, 0.9, 0.1))
-    floor = SimpleNamespace(standing=lambda R, t: np.zeros(len(R), bool))
+    floor = Floor.of(FloorConfig(camera_height_m=50.0))
     assert likelier_turns(finder, replace(frame, scene=Scene(floor=floor)), at)[1] == [None]
 
 

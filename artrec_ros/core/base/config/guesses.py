@@ -224,8 +224,8 @@ class GuessesConfig(Room):
     )
     standing_slack: float = param(
         2.0,
-        "where a floor is known: guesses may be off it, and lean, by so many times what objects may; by 30 degrees "
-        "they may lean in any case",
+        "where a floor is known: guesses may be off it, and lean, by so many times what objects may; they may lean by "
+        "30 degrees, and be off by what a tenth of the range makes, in any case",
         low=1,
         high=100,
         paths=_SPACE,

@@ -34,12 +34,12 @@ class Floor:
     @property
     def standing_at_m(self) -> float:
         """How far above the camera the place of an object that stands on it is."""
-        return self.config.object_height_m - self.config.camera_height_m
+        return float(self.config.object_height_m - self.config.camera_height_m)
 
     @property
     def height_sigma_m(self) -> float:
         """Deviation of the height of what is anywhere between the limits."""
-        return self.config.height_tolerance_m / np.sqrt(3)
+        return float(self.config.height_tolerance_m / np.sqrt(3))
 
     @property
     def leaning_sigma_rad(self) -> float:

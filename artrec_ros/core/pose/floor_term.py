@@ -34,6 +34,5 @@ def is_told(term: FloorTerm) -> bool:
 def equations(term: FloorTerm, poses: Poses, n: int) -> tuple[Array, Array]:
     """Normal equations A (H, n, n) x + b (H, n) = 0 of H poses, per variance of a contour's point."""
     A, b = np.zeros((len(poses), n, n)), np.zeros((len(poses), n))
-    if is_told(term):
-        add_floor_each(term, np.ascontiguousarray(poses.R), np.ascontiguousarray(poses.t), A, b)
+    add_floor_each(term, np.ascontiguousarray(poses.R), np.ascontiguousarray(poses.t), A, b)
     return A, b

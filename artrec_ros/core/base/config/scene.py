@@ -125,7 +125,8 @@ class FloorConfig:
     )
     height_tolerance_m: float = param(
         0.1,
-        "objects that are farther above or below that are none",
+        "objects that are farther above or below that are none; within it fits take their height to be as sure as that "
+        "of what is anywhere there",
         unit="m",
         low=0.001,
         high=_LIMIT_M,
@@ -133,7 +134,13 @@ class FloorConfig:
         calibrated=True,
     )
     max_tilt_deg: float = param(
-        25.0, "objects that lean more are none", unit="deg", low=1, high=180, paths=("space",), calibrated=True
+        25.0,
+        "objects that lean more are none; fits take how upright the others are likewise",
+        unit="deg",
+        low=1,
+        high=180,
+        paths=("space",),
+        calibrated=True,
     )
 
     @property

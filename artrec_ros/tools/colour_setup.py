@@ -22,7 +22,7 @@ class ColourSetup:
 
     :param labels: of the classes that axes show, by name: those of markers, and of bodies of what lies flat.
     :param bodies: those of them that are of bodies alone.
-    :param hidden: of the classes of other bodies alone, which axes do not show.
+    :param hidden: of the classes that axes do not show: those of other bodies alone, and of no object.
     :param ranged: classes that the files give by ranges of hue, saturation and value, which stay as they are.
     :param plane: on which objects lie. :param camera: how images are smoothed and evened, and what is known of them.
     :param gamma_known: whether somebody has told their gamma. :param min_scale, min_blob_px: of `RecognizerConfig`.
@@ -78,6 +78,7 @@ def load_colour_setup(paths: Sequence[Path], more: Mapping[str, int]) -> ColourS
             )
         (labels if shown else hidden)[name] = label
         on_markers |= set() if body else {name}
+    hidden |= {name: cls.label for name, cls in setup.image.classes.items()}  # of no object: who draws it wants it
     hidden = {name: label for name, label in hidden.items() if name not in {*labels, *ranged}}
     labels = {name: label for name, label in labels.items() if name not in ranged}
     bodies = frozenset(labels) - on_markers

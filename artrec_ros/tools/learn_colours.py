@@ -122,7 +122,7 @@ def _told_labels(args: argparse.Namespace, setup: ColourSetup) -> dict[str, int]
     for name, label in setup.hidden.items():
         if name not in drawn:
             say(
-                f"Class '{name}' (label {label}) is not learned: it is of bodies alone, and nobody has drawn it; mark "
+                f"Class '{name}' (label {label}) is not learned: no axis shows it, and nobody has drawn it; mark "
                 f"boxes or polygons of category '{name}'"
             )
     return {**setup.labels, **{name: label for name, label in setup.hidden.items() if name in drawn}}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -118,8 +119,7 @@ def run(args: argparse.Namespace) -> int:
     for line in [*notes, *advice(found, camera if metric else None, args.distance)]:
         print(line)
     if args.output:
-        as_given = Labels.as_in(args.sources[0]) if _kind(args.sources[0]) == "object" else None
-        save_object(args.output, model, _comments([*args.sources, *args.marks]), as_given)
+        save_object(args.output, model, _comments([*args.sources, *args.marks]), _labels_as_given(args, model))
         print(f"Wrote {args.output}; docs/object_file.md has every key.")
     if args.sheet:
         _write_sheet(args.sheet, found, camera, args.label)
@@ -191,7 +191,7 @@ def _model_of(args: argparse.Namespace) -> tuple[ObjectModel, Sequence[str]]:
         model = _with_any_numbers(first)
         return _measured(model, args) if args.marks else (model, _cut_back(first))
     if kind == "urdf":
-        made = object_from_urdf(first, load_object(args.markers), args.name, args.body_label)
+        made = object_from_urdf(first, _with_any_numbers(args.markers), args.name, args.body_label)
         return made.model, [f"note: {n}" for n in made.notes]
     name = safe_name(args.name or (args.output or first).stem)
     if kind == "drawing":
@@ -213,6 +213,14 @@ def _with_any_numbers(path: Path) -> ObjectModel:
     """An object that is read by itself: markers of classes whose names differ are not taken for each other."""
     load_object(path)  # says what is wrong with the file
     return load_object(path, Labels.as_in(path).numbered())
+
+
+def _labels_as_given(args: argparse.Namespace, model: ObjectModel) -> Labels | None:
+    """As a file has them; of a URDF's object the markers' file those of markers. None: they are numbers."""
+    kind = _kind(args.sources[0])
+    if kind == "urdf":
+        return replace(Labels.as_in(args.markers), body={c.name: c.body_label for c in model.components})
+    return Labels.as_in(args.sources[0]) if kind == "object" else None
 
 
 def _cut_back(path: Path) -> list[str]:

@@ -68,3 +68,21 @@ def test_pictures_become_components(tmp_path, capsys):
 def test_wrong_usage_is_told(arguments, message):
     with pytest.raises(ConfigError, match=message):
         run(*arguments)
+
+
+def test_a_urdfs_markers_keep_the_classes_that_their_file_gives_by_name(tmp_path):
+    """They were dropped without a word, and colours were learned of one class alone."""
+    (tmp_path / "m.yaml").write_text(
+        "format: artrec_object/1\nname: two\ncomponents:\n"
+        "  a: {required: true, label: yellow, box: {size: [0.3, 0.2, 0.1]}}\n"
+        "  b: {label: 3, box: {size: [0.1, 0.2, 0.5]}}\n"
+    )
+    (tmp_path / "two.urdf").write_text(
+        '<robot name="two"><link name="a"/><link name="b"/><joint name="j" type="revolute"><parent link="a"/>'
+        '<child link="b"/><origin xyz="0 0 1"/><axis xyz="1 0 0"/><limit lower="-1" upper="1"/></joint></robot>'
+    )
+    out = tmp_path / "two.yaml"
+    assert run(tmp_path / "two.urdf", "--markers", tmp_path / "m.yaml", "--body-label", 6, "-o", out) == 0
+    made = load_object(out, {"yellow": 5})
+    assert [c.labels(1) for c in made.components] == [(5,), (3,)]
+    assert [c.body_label for c in made.components] == [6, 6]

@@ -47,7 +47,7 @@ def test_a_body_of_which_nothing_shows_is_passed_over_with_a_word(robots: Path, 
 def test_a_class_of_other_bodies_is_learned_where_somebody_drew_it(robots: Path, capsys) -> None:
     with_body(robots, "{}")
     assert learn_robots(robots) == 0
-    assert "Class 'plate' (label 5) is not learned: it is of bodies alone" in capsys.readouterr().err
+    assert "Class 'plate' (label 5) is not learned: no axis shows it" in capsys.readouterr().err
     with pytest.raises(ConfigError, match="'plate' is not in image.classes of the last file"):
         learned_image(robots)
     drawn(robots, "plate", [8, 50, 30, 8])
@@ -73,3 +73,14 @@ def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(
     assert len(lines) == (told is not None) and all(str(told) in line for line in lines)
     assert all(("Leave the label in the body" in line) == (told == KEEP) for line in lines)
     assert not any("body's class" in line for line in report(learned))  # as a marker's it is another matter
+
+
+def test_a_declared_class_of_no_object_is_learned_where_somebody_drew_it(robots: Path, capsys) -> None:
+    """It was made background without a word."""
+    text = ROBOTS.replace("[red, blue]", "[red, blue, ball]").replace("blue: {", "ball: {label: 7}\n      blue: {")
+    (robots / "robots.yaml").write_text(text)
+    assert learn_robots(robots) == 0
+    assert "Class 'ball' (label 7) is not learned: no axis shows it" in capsys.readouterr().err
+    drawn(robots, "ball", [8, 50, 30, 8])
+    assert learn_robots(robots) == 0
+    assert labels_of(learned_image(robots))["ball"] == 7

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import dataclasses
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -35,6 +36,9 @@ nearly its own mirror image. One run of the recogniser over images in which the 
 really are. Half of the images measure, the other half are recognised with both outlines, and judge.
 """
 _TOLD = 0.5  # from this probability on an object counts as told in the comparison
+_BETTER = 0.95  # of what differs from outlines that are drawn: what is less may be chance
+_LESS = 0.75  # of the probabilities with outlines that are drawn: with less those that are measured lead astray
+_BOTH = 0, 1
 _CELL_PX, _CAPTION_PX, _COLUMNS = 360, 40, 4
 _DRAWN, _SEEN, _INK = (200, 120, 0), (0, 0, 220), (40, 40, 40)  # BGR
 _PART = 64  # frames that are read at a time
@@ -72,19 +76,23 @@ def run(args: argparse.Namespace) -> int:
         raise ConfigError(f"{file}: it has no flat marker but discs: the shape of these is known")
     with open_sources(args.sources, source_options(args, setup), once(say)) as sources:
         get_setup_ready(setup, sources.calibrated)
-        drawn = _look(setup, sources, names, (0, 1))
-        half, traced = drawn.seen[0].traced(), drawn.seen[0].joined(drawn.seen[1]).traced()
-        tried = _with(setup, names, with_outlines(model, half.values()))
-        differs = any(t.differs for t in half.values())
-        measured = _look(tried, sources, names, (1,)) if differs else drawn
-    if not sum(drawn.images):
-        raise SourceError(f"{', '.join(map(str, args.sources))}: holds no image that can be used")
-    for line in _lines(model, traced):
-        print(line)
-    if differs:
-        print(_compared(drawn, measured))
-    helps = sum(measured.scores[1]) > sum(drawn.scores[1])
+        drawn = _look(setup, sources, names, _BOTH)
+        if not drawn.images:
+            raise SourceError(f"{', '.join(map(str, args.sources))}: holds no image that can be used")
+        traced = drawn.seen[0].joined(drawn.seen[1]).traced()
+        for line in _lines(model, traced):
+            print(line)
+        if not traced:
+            raise SourceError(f"{file}: nothing is measured, and nothing is written")
+        judging = (1,) if drawn.seen[0].images >= LEAST_IMAGES else _BOTH
+        by_others = drawn.seen[0].traced() if judging == (1,) else traced
+        helps = any(t.differs for t in traced.values()) and any(t.differs for t in by_others.values())
+        if helps:
+            tried = _with(setup, names, with_outlines(model, by_others.values()))
+            helps = _is_better(drawn, _look(tried, sources, names, judging), judging)
     _write(args, file, with_outlines(model, traced.values()) if helps else model, helps)
+    if helps and any(setup.objects[name].constraint_file for name in names):
+        print("Learned constraints go by outlines: artrec train anew.")
     if args.picture:
         save_drawing(args.picture, _picture(list(traced.values())))
         print(f"Drew {args.picture}: blue as drawn, red as measured.")
@@ -97,15 +105,21 @@ def _write(args: argparse.Namespace, file: Path, model: ObjectModel, helps: bool
     sources = ", ".join(s.name for s in args.sources)
     comments = (f"Outlines of {file.name} as measured by `artrec trace` from {sources}.",) if helps else ()
     save_object(args.output, model, comments, Labels.as_in(file))
-    print(f"Wrote {args.output}" + ("; learned constraints go by outlines: artrec train anew." if helps else "."))
+    print(f"Wrote {args.output}.")
 
 
-def _compared(drawn: _Look, measured: _Look) -> str:
-    before, after = (sum(s >= _TOLD for s in look.scores[1]) for look in (drawn, measured))
-    return (
-        f"In {drawn.images[1]} images that did not measure, objects told at {_TOLD:g} and more: {before} as drawn, "
-        f"{after} as measured."
+def _is_better(drawn: _Look, measured: _Look, judging: Sequence[int]) -> bool:
+    """Whether the class fills measured outlines better than those drawn; tells how both do."""
+    before, after = (look.of(judging) for look in (drawn, measured))
+    told = [sum(s >= _TOLD for half in judging for s in look.scores[half]) for look in (drawn, measured)]
+    whose = "that did not measure" if len(judging) == 1 else f"that measured, too, for {2 * LEAST_IMAGES} are too few"
+    print(
+        f"In {sum(len(drawn.scores[half]) for half in judging)} finds in images {whose}: what shows the "
+        f"class differs from the markers by {before.misfit:.1%} of their area as drawn, {after.misfit:.1%} as "
+        f"measured; told at {_TOLD:g} and more {told[0]} as drawn, {told[1]} as measured."
     )
+    likely = [sum(s for half in judging for s in look.scores[half]) for look in (drawn, measured)]
+    return after.misfit < _BETTER * before.misfit and likely[1] >= _LESS * likely[0]
 
 
 def _object_of(setup: Setup, name: str | None) -> tuple[Path, list[str]]:
@@ -129,15 +143,18 @@ class _Look(NamedTuple):
 
     seen: tuple[SeenOutlines, SeenOutlines]
     scores: tuple[list[float], list[float]]
-    images: list[int]
+    images: int
+
+    def of(self, halves: Sequence[int]) -> SeenOutlines:
+        return self.seen[halves[0]] if len(halves) == 1 else self.seen[0].joined(self.seen[1])
 
 
 def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence[int]) -> _Look:
     """Recognises the images, each by itself."""
     targets = {t.name: t for t in setup.targets if t.name in names}
     model = next(iter(targets.values())).model
-    look = _Look((SeenOutlines(model), SeenOutlines(model)), ([], []), [0, 0])
-    recognizer, segmenter, told = setup.build(), Segmenter(setup.image), once(say)
+    seen, scores = (SeenOutlines(model), SeenOutlines(model)), (list[float](), list[float]())
+    recognizer, segmenter, images, problems = setup.build(), Segmenter(setup.image), 0, Counter[str]()
     for number, frame in enumerate(_frames(sources)):
         half = number % 2
         if half not in halves:
@@ -147,13 +164,18 @@ def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence
                 raise ImageError(frame.error or "no image")
             result, labels = recognizer.recognize(frame.image, frame.camera), segmenter.labels(frame.image)
         except ImageError as error:
-            told(f"{frame.name}: passed over: {error}")
+            problems[str(error)] += 1
+            if problems[str(error)] == 1:
+                say(f"{frame.name}: passed over: {error}")
             continue
-        look.images[half] += 1
+        images += 1
         for detection in _best(result, targets):
-            look.seen[half].add(labels, frame.camera, targets[detection.object], detection, result.detections)
-            look.scores[half].append(detection.score)
-    return look
+            seen[half].add(labels, frame.camera, targets[detection.object], detection, result.detections)
+            scores[half].append(detection.score)
+    for problem, count in problems.items():
+        if count > 1:
+            say(f"{count} images in all are passed over: {problem}")
+    return _Look(seen, scores, images)
 
 
 def _frames(sources: Sources) -> Iterator[Frame]:
@@ -184,9 +206,16 @@ def _lines(model: ObjectModel, traced: dict[bytes, Traced]) -> Iterator[str]:
                 "wide and more (discs and sides of solids stay as they are)"
             )
             continue
-        x, y = 1e3 * seen.at
         holds = "" if seen.differs else f"; up to {1e3 * seen.least_m:.1f} mm may be noise: it holds"
-        yield f"{named}: in {seen.images} images up to {1e3 * seen.off_m:.1f} mm off, at x {x:.0f}, y {y:.0f} mm{holds}"
+        yield f"{named}: in {seen.images} images up to {1e3 * seen.off_m:.1f} mm off, at {_place(seen.at)}{holds}"
+        if seen.hole is not None:
+            yield f"note: {named}: has a hole at {_place(seen.hole)}, which an outline cannot have"
+        if seen.in_one_place:
+            yield f"warning: {named}: lies in one place in all images: glare or a shadow there is taken for its outline"
+
+
+def _place(at: NDArray[np.float64]) -> str:
+    return "x {:.0f}, y {:.0f} mm".format(*(1e3 * at))
 
 
 def _picture(traced: Sequence[Traced]) -> NDArray[np.uint8]:

@@ -75,7 +75,7 @@ def test_a_notch_is_measured_and_what_holds_stays(setup, capsys):
     out, picture = setup / "seen.yaml", setup / "seen.png"
     assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", out, "--picture", picture) == 0
     told = capsys.readouterr().out
-    assert "lever/plate: in 18 images up to 13" in told and "In 9 images that did not measure" in told
+    assert "lever/plate: in 18 images up to 1" in told and "In 9 finds in images that did not measure: what" in told
     measured = load_object(out, {"red": 2}).component("lever").marker("plate").outline
     inside = measured[(np.abs(measured[:, 0] - 0.05) < 0.008)]
     assert inside[:, 1] == pytest.approx(0.0, abs=0.0015)  # the notch's ground
@@ -108,11 +108,32 @@ def test_images_that_cannot_be_used_are_named_and_passed_over(setup, capsys):
     assert not (setup / "none.yaml").exists()
 
 
+def test_where_half_of_the_images_are_too_few_all_of_them_judge(setup, capsys):
+    for path in sorted((setup / "images").iterdir())[10:]:
+        path.unlink()
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    assert "In 10 finds in images that measured, too, for 16 are too few" in capsys.readouterr().out
+    measured = load_object(setup / "seen.yaml", {"red": 2}).markers["lever", "plate"].outline
+    assert measured[np.abs(measured[:, 0] - 0.05) < 0.008, 1] == pytest.approx(0.0, abs=0.002)
+
+
+def test_a_hole_and_images_of_one_place_are_told(setup, capsys):
+    for path in (setup / "images").iterdir():
+        labels = image(0.02, 0)
+        cv2.circle(labels, at([(-0.03, 0.0)], 0.0, (160, 120))[0].round().astype(int).tolist(), 6, 0, -1)
+        cv2.imwrite(str(path), labels)
+    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    told = capsys.readouterr().out
+    assert "has a hole at x -29, y 0 mm" in told.replace("y -0", "y 0") and "lies in one place in all images" in told
+
+
 def test_too_few_images_measure_nothing(setup, capsys):
     for path in sorted((setup / "images").iterdir())[6:]:
         path.unlink()
-    assert run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml") == 0
+    with pytest.raises(SourceError, match="nothing is measured, and nothing is written"):
+        run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml")
     assert "lever/plate: not measured; 8 images or more" in capsys.readouterr().out
+    assert not (setup / "seen.yaml").exists()
 
 
 def test_of_several_objects_one_is_chosen_and_discs_have_no_shape_to_measure(setup):

@@ -57,12 +57,17 @@ def laid_on(seen: Array, drawn: Array, near_m: float, slanted: bool) -> Array:
     return np.asarray(moved(seen, way) * size + middle)
 
 
-def mended_by(drawn: Array, seen: Array, least_m: float) -> Array:
-    """What is drawn, but as it is seen where the two are farther apart than that: sharp corners stay sharp."""
+def mended_by(drawn: Array, seen: Array, least_m: float, as_drawn: Array | None = None) -> Array:
+    """What is drawn, but as it is seen where the two are farther apart than that: sharp corners stay sharp.
+
+    :param as_drawn: how what is drawn would be seen, corners rounded; not given: as it is.
+    """
     if signed_area(seen) * signed_area(drawn) < 0:
         seen = seen[::-1]
     points = along(seen)
     off = distance_to_outline(points, drawn)
+    if as_drawn is not None:
+        off = np.minimum(off, distance_to_outline(points, as_drawn))
     runs = _runs(off > least_m, off > _BACK * least_m)
     if not runs:
         return drawn

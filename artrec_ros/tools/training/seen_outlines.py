@@ -34,7 +34,10 @@ LEAST_IMAGES = 8  # that show a marker: fewer tell little of what is the same in
 _CELLS = 64  # of a map along the root of a marker's area
 _BEYOND = 0.3  # of that root: how far outside of what is drawn is looked
 _KNOWN = 0.3  # of the images: where fewer show what is there, for another marker lies on it, it stays as drawn
-_NOISE_PX, _NOISE_SHARE = 1.5, 0.03  # off by less, as of the root, may be the segmentation's edge or a rounded corner
+_NOISE_PX, _NOISE_SHARE = 1.0, 0.02  # off by less, as of the root, may be where the segmentation has its edge
+_SOFT = 0.0, 1.0, 2.0, 3.0, 4.0, 6.0, 8.0  # cells: by how much poses that err soften a map, and round corners
+_ONE_TURN, _ONE_PLACE = 0.98, 0.5  # mean of directions, and spread in its sizes, of what is always seen in one place
+_HOLE = 0.01  # of a marker's area: what is no speck
 _ALIKE = 0.01  # of the root: sides that are farther off than this are drawn otherwise, and do not tell the place
 _FLUSH = 0.02  # of a marker's length: what lies less before it lies in its plane
 
@@ -48,8 +51,10 @@ class Traced:
 
     :param drawn: one of its markers. :param images: that show one. :param outline: (n, 2) as seen, metres, in the
         marker's frame. :param off_m: how far what is seen and what is drawn are apart where they are most.
-    :param at: (2,) where that is. :param least_m: what may be noise. :param level: (H, W) 0 to 255, share of the images
-        that show the class, and `zoom` its pixels per metre, `corner` (2,) where its first one lies.
+    :param at: (2,) where that is. :param least_m: what may be noise. :param hole: (2,) where what shows no class lies
+        within it, if there is such. :param in_one_place: whether all images show it in one place and turn.
+    :param level: (H, W) 0 to 255, share of the images that show the class, and `zoom` its pixels per metre, `corner`
+        (2,) where its first one lies.
     """
 
     drawn: Marker
@@ -58,6 +63,8 @@ class Traced:
     off_m: float
     at: Array
     least_m: float
+    hole: Array | None
+    in_one_place: bool
     level: NDArray[np.uint8]
     zoom: float
     corner: Array
@@ -71,8 +78,8 @@ class _Map:
     """What images show of a shape."""
 
     def __init__(self, marker: Marker) -> None:
-        self.marker, self.images, self.px_per_m = marker, 0, list[float]()
-        self.slanted = False
+        self.marker, self.images, self.slanted = marker, 0, False
+        self.seen = list[Instance]()
         size = np.sqrt(marker.area)
         self.step = size / _CELLS
         low, high = marker.outline.min(axis=0) - _BEYOND * size, marker.outline.max(axis=0) + _BEYOND * size
@@ -92,38 +99,72 @@ class _Map:
         self.on += known * cv2.warpPerspective(on, warp @ self._to_metres, size, flags=way)
         self.known += known
         self.images += 1
-        self.px_per_m.append(found.scale)
+        self.seen.append(found)
 
     def joined(self, other: _Map) -> _Map:
         both = _Map(self.marker)
         both.on, both.known, both.images = self.on + other.on, self.known + other.known, self.images + other.images
-        both.px_per_m, both.slanted = self.px_per_m + other.px_per_m, self.slanted or other.slanted
+        both.seen, both.slanted = self.seen + other.seen, self.slanted or other.slanted
         return both
+
+    def misfit(self) -> tuple[float, float]:
+        """Of its area, in cells: what shows otherwise than the outline says, and all of it."""
+        drawn, level = self._drawn(), self.on / np.maximum(self.known, 1e-12)
+        return float((self.known * np.abs(level - drawn)).sum()), float((self.known * drawn).sum())
 
     def traced(self) -> Traced | None:
         """None: too few images show it, or nothing with a shape."""
+        outline, drawn, size = self.marker.outline, self._drawn(), float(np.sqrt(self.marker.area))
         if self.images < LEAST_IMAGES:
             return None
-        outline = self.marker.outline
-        corners = ((outline - self.corner) / self.step * (1, -1)).round().astype(np.int32)
-        drawn = cv2.fillPoly(np.zeros(self.on.shape), [corners], 1.0)
         is_known = self.known > _KNOWN * self.known.max()
         level = np.where(is_known, self.on / np.maximum(self.known, 1e-12), drawn)
+        soft = [cv2.GaussianBlur(drawn, (0, 0), s) if s else drawn for s in _SOFT]
+        as_drawn = self._contour(min(soft, key=lambda one: float((self.known * np.abs(level - one)).sum())))
+        seen = self._contour(level)
+        if seen is None or as_drawn is None:
+            return None
+        seen = laid_on(seen, as_drawn, _ALIKE * size, self.slanted)
+        points = np.concatenate([along(as_drawn), along(seen)])
+        off = np.concatenate([distance_to_outline(along(as_drawn), seen), distance_to_outline(along(seen), as_drawn)])
+        worst, px_per_m = int(np.argmax(off)), float(np.median([i.scale for i in self.seen]))
+        least, mended = max(_NOISE_PX / px_per_m, _NOISE_SHARE * size), outline
+        if off[worst] > least:
+            mended = with_sharp_corners(simplified(mended_by(outline, with_sharp_corners(seen), least, as_drawn)))
+            if folded_corner(mended) is not None or crossing_edges(mended) is not None:
+                return None
+        grey, hole, one_place = (255 * level).astype(np.uint8), self._hole(level), self._in_one_place()
+        of = self.marker, self.images, mended, float(off[worst]), points[worst], least, hole, one_place
+        return Traced(*of, grey, 1 / self.step, self.corner)
+
+    def _drawn(self) -> Array:
+        """(H, W) 1 within what is drawn."""
+        corners = ((self.marker.outline - self.corner) / self.step * (1, -1)).round().astype(np.int32)
+        return np.asarray(cv2.fillPoly(np.zeros(self.on.shape), [corners], 1.0), np.float64)
+
+    def _contour(self, level: Array) -> Array | None:
+        """(n, 2) metres, where half shows the class; None: nowhere, or it is no simple polygon."""
         if not (level > 0.5).any():
             return None
-        seen = subpixel_contour(level, Path(self.marker.name)) * (1, -1)
-        seen = with_sharp_corners(simplified(seen)) * self.step + self.corner
-        if len(seen) < 3 or folded_corner(seen) is not None or crossing_edges(seen) is not None:
+        found = simplified(subpixel_contour(level, Path(self.marker.name)) * (1, -1)) * self.step + self.corner
+        bad = len(found) < 3 or folded_corner(found) is not None or crossing_edges(found) is not None
+        return None if bad else found
+
+    def _hole(self, level: Array) -> Array | None:
+        """(2,) metres, the middle of the largest one."""
+        mask = (level > 0.5).astype(np.uint8)
+        contours, order = cv2.findContours(mask, cv2.RETR_CCOMP, cv2.CHAIN_APPROX_SIMPLE)
+        holes = [c for c, (*_, parent) in zip(contours, order[0], strict=True) if parent >= 0] if contours else []
+        largest = max(holes, key=cv2.contourArea, default=None)
+        if largest is None or cv2.contourArea(largest) * self.step**2 < _HOLE * self.marker.area:
             return None
-        size = float(np.sqrt(self.marker.area))
-        seen = laid_on(seen, outline, _ALIKE * size, self.slanted)
-        on_drawn, on_seen = along(outline), along(seen)
-        off = np.concatenate([distance_to_outline(on_drawn, seen), distance_to_outline(on_seen, outline)])
-        worst, least = int(np.argmax(off)), max(_NOISE_PX / float(np.median(self.px_per_m)), _NOISE_SHARE * size)
-        at = np.concatenate([on_drawn, on_seen])[worst]
-        mended = simplified(mended_by(outline, seen, least)) if float(off[worst]) > least else outline
-        grey = (255 * level).astype(np.uint8)
-        return Traced(self.marker, self.images, mended, float(off[worst]), at, least, grey, 1 / self.step, self.corner)
+        return np.asarray(largest[:, 0].mean(axis=0) * (1, -1) * self.step + self.corner, np.float64)
+
+    def _in_one_place(self) -> bool:
+        turns, at = np.array([i.theta for i in self.seen]), np.array([(i.x, i.y) for i in self.seen])
+        size_px = np.median([i.scale for i in self.seen]) * np.sqrt(self.marker.area)
+        same = abs(np.exp(1j * turns).mean()) > _ONE_TURN and np.hypot(*at.std(axis=0)) < _ONE_PLACE * size_px
+        return bool(same)
 
 
 class SeenOutlines:
@@ -163,6 +204,17 @@ class SeenOutlines:
                 hidden += [project(camera, s.corners) for s in _before((own.component, own.marker), surfaces)]
             on = np.isin(labels, component.labels(target.label)).astype(np.float32)
             seen.add(own, on, _shown(labels.shape, hidden), found.score)
+
+    @property
+    def misfit(self) -> float:
+        """Share of the markers' area by which what shows their class differs from it."""
+        off, area = np.sum([own.misfit() for own in self._maps.values()], axis=0)
+        return float(off / max(area, 1e-12))
+
+    @property
+    def images(self) -> int:
+        """Of the marker that most show."""
+        return max(own.images for own in self._maps.values())
 
     def joined(self, other: SeenOutlines) -> SeenOutlines:
         """What both saw, of the same object."""

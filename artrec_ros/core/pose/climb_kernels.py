@@ -175,24 +175,28 @@ def votes_of(
 
 @jit
 def sweep(
-    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, j: int, grid: Any, R: Any, t: Any,
-    q: Any, votes: Any,
+    s: Surface, chain: Chain, view: LabelView, limits: SurfaceLimits, value: Value, grids: Any, R: Any, t: Any, q: Any,
+    votes: Any,
 ) -> None:  # fmt: skip
-    """Move joint `j` of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,) to the best of the values in
-    `grid`, where one is better; NaN ends them."""
+    """Move the joints of hypotheses R (H, 3, 3), t (H, 3), q (H, J) with their votes (H,), one after the other, to the
+    best of the values in `grids` (J, n; NaN ends a row), where one is better."""
     patches, room, body = np.arange(len(s.area)), room_of(s), body_of(s, value, q.shape[1])
     for h in range(len(R)):
-        best = q[h, j]
         whole_votes(s, patches, chain, R[h], t[h], q[h], body.everything, view, limits, value, body, room)
         copy_scores(body.tried, body.scores)
-        for at in grid:
-            if math.isnan(at):
-                break
-            q[h, j] = at
-            found = whole_votes(s, patches, chain, R[h], t[h], q[h], chain.moves[j], view, limits, value, body, room)
-            if found > votes[h]:
-                votes[h], best = found, at
-        q[h, j] = best
+        for j in range(len(grids)):
+            best = q[h, j]
+            for at in grids[j]:
+                if math.isnan(at):
+                    break
+                q[h, j] = at
+                found = whole_votes(
+                    s, patches, chain, R[h], t[h], q[h], chain.moves[j], view, limits, value, body, room
+                )  # fmt: skip
+                if found > votes[h]:
+                    votes[h], best = found, at
+                    copy_scores(body.tried, body.scores)
+            q[h, j] = best
 
 
 @jit

@@ -17,6 +17,7 @@ from .ranked import Ranked
 from .voter import Voter
 
 _AT_ONCE = 32  # hypotheses of what faces the camera that climb between two looks at the clock; of others one
+_SWEPT_AT_ONCE = 8  # whose joints are swept between two
 
 
 class Climb(NamedTuple):
@@ -47,11 +48,10 @@ class Climber:
         if not kin.n_joints:
             return found
         moved = found.copied()
-        for j, grid in enumerate(self._grids):
-            if frame.deadline.expired:
-                break
+        for part in frame.deadline.parts(len(found), _SWEPT_AT_ONCE):
+            arrays = [values[part] for values in moved.arrays]
             climbing.sweep(
-                surface.compiled, kin.chain, frame.view, surface.limits, self._value, j, grid, *moved.arrays
+                surface.compiled, kin.chain, frame.view, surface.limits, self._value, self._grids, *arrays
             )  # fmt: skip
         return moved
 

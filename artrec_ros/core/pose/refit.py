@@ -6,11 +6,11 @@ import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..image.image_frame import ImageFrame
-from .climb_kernels import Value
+from .climb_kernels import Value, votes_of
 from .pose_fit import AT_ONCE, Fit, of_some
 from .poses import Poses
 from .ranked import Ranked
-from .refit_kernels import Support, refit_each, support_of
+from .refit_kernels import Support, refit_each
 from .surface_model import SpatialModel
 
 
@@ -27,14 +27,17 @@ class Refit:
 
         :param depths_m: between which those that are fitted are left.
         """
-        n, s, kin = len(poses), self._surface, self._surface.kinematics
+        n, s, chain = len(poses), self._surface, self._surface.kinematics.chain
         R, t, q = (np.concatenate([values, values]) for values in (poses.R, poses.t, poses.q))
-        votes, use = np.empty(2 * n), np.empty((n, len(s.markers)), bool)
-        before, after, seen = votes[:n], votes[n:], (s.compiled, kin.chain, frame.view, s.limits)
-        support_of(*seen, self._value, self._support, s.markers, R[:n], t[:n], q[:n], use, before)
-        after[:] = before
-        terms, limits = self._fit.terms(frame, use, self._reach_px), (s.limits, self._value, *depths_m)
+        both, known = (R, t, q, np.empty(2 * n)), 0
+        terms = self._fit.terms(frame, np.empty((n, len(s.markers)), bool), self._reach_px)
+        limits = s.limits, self._value, self._support, *depths_m
         for part in frame.deadline.parts(n, AT_ONCE):
-            fitted = (values[n:][part] for values in (R, t, q, votes))
-            refit_each(of_some(terms, part), kin.chain, self._fit.joints, *limits, *fitted)
-        return Ranked(Poses(R, t, q), votes)
+            begun, fitted = ([values[rows][part] for values in both] for rows in (slice(n), slice(n, None)))
+            refit_each(of_some(terms, part), chain, self._fit.joints, *limits, *begun, *fitted)
+            known = part.stop
+        if known < n:  # late: the others stay
+            *begun, votes = (values[known:n] for values in both)
+            votes_of(s.compiled, chain, frame.view, s.limits, self._value, *begun, votes)
+            both[-1][n + known :] = votes
+        return Ranked(Poses(R, t, q), both[-1])

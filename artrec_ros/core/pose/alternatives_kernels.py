@@ -29,7 +29,7 @@ def fill_likelihoods(
     if cosine <= limits.least_cosine or mz <= LEAST_DEPTH_M:
         return
     locate(A, b, on, view, room.at[0])
-    n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
+    n_near = boxes_in_front(s, p, A, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
     if n_near:
         hide(s, A, b, on, room, n_near, surface_share(s, p, mz, limits.behind))
     each_px = s.area[p] * f2 / mz**2 * cosine / n

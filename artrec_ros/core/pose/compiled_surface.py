@@ -56,6 +56,7 @@ def compiled_surface(surface: SpatialModel) -> Surface:
                 for p, middle in zip(surface.patches, surface.centre, strict=True)
             ]
         ),
+        extent=np.array([_extent(p, middle) for p, middle in zip(surface.patches, surface.centre, strict=True)]),
         marker_of=marker_of,
         ignored=surface.ignored,
         starts=np.concatenate([[0], np.cumsum([len(points) for points in filled])]),
@@ -95,6 +96,13 @@ def _stacked(stack: NDArray[np.int64]) -> NDArray[np.int64]:
     """(n,) see `Surface`."""
     order = np.argsort(stack, kind="stable")
     return order[stack[order] >= 0]
+
+
+def _extent(patch: Patch, middle: Array) -> Array:
+    """(2, 3) see `Surface`."""
+    off = np.concatenate([patch.inside, patch.finer, patch.contour]) - middle
+    axes = np.linalg.svd(off, full_matrices=False)[2][:2]
+    return np.asarray(axes * np.abs(off @ axes.T).max(axis=0)[:, None])
 
 
 def _spread(patch: Patch) -> Array:

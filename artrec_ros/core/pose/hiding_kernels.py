@@ -75,13 +75,15 @@ def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: An
 
 
 @inlined
-def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room, which: int) -> int:
+def boxes_in_front(s: Surface, p: int, A: Any, normal: Any, centre: Any, room: Room, which: int) -> int:
     """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given.
 
-    :param which: bits of boxes, see `bit_of`; others are left out.
+    :param A: rotation of its component. :param which: bits of boxes, see `bit_of`; others are left out.
     """
     nx, ny, nz = normal
     cx, cy, cz = centre
+    ux, uy, uz = turned(A, s.extent[p, 0])
+    vx, vy, vz = turned(A, s.extent[p, 1])
     inverse = 1.0 / (cx * cx + cy * cy + cz * cz)
     n = 0
     for k in range(len(s.half)):
@@ -99,10 +101,11 @@ def boxes_in_front(s: Surface, p: int, normal: Any, centre: Any, room: Room, whi
             continue
         enter, leave = 0.0, 1.0
         for i in range(3):
-            # the ray to the centre, in the box's frame, and the box grown by the patch's radius
+            # the ray to the centre, in the box's frame, and the box grown by as far as the patch reaches along its axes
             ray = B[0, i] * cx + B[1, i] * cy + B[2, i] * cz
             ray = 1.0 / (ray if abs(ray) > 1e-9 else 1e-9)
-            grown = half[i] + s.radius[p]
+            u, v = B[0, i] * ux + B[1, i] * uy + B[2, i] * uz, B[0, i] * vx + B[1, i] * vy + B[2, i] * vz
+            grown = half[i] + abs(u) + abs(v)
             low, high = (-grown - E[i]) * ray, (grown - E[i]) * ray
             enter, leave = max(enter, min(low, high)), min(leave, max(low, high))
         if enter <= leave:
@@ -135,7 +138,7 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
             A, b = R[h, s.component[p]], t[h, s.component[p]]
             _, mx, my, mz = aspect(s, p, A, b)
             nearer = surface_share(s, p, mz, end)
-            n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
+            n_near = boxes_in_front(s, p, A, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
             hide(s, A, b, points_of(s, p, s.count[p]), room, n_near, nearer)
             for i in range(out.shape[2]):
                 out[h, column, i] = not room.hidden[i]
@@ -148,7 +151,7 @@ def shown_contour(s: Surface, k: int, A: Any, b: Any, end: float, room: Room, ou
     p, on = s.patch_of[k], s.contour[k]
     _, mx, my, mz = aspect(s, p, A, b)
     nearer = surface_share(s, p, mz, end)
-    n_near = boxes_in_front(s, p, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
+    n_near = boxes_in_front(s, p, A, turned(A, s.normal[p]), (mx, my, mz), room, ALL_BOXES)
     hide(s, A, b, (on[0], on[1], on[2]), room, n_near, nearer)
     for i in range(len(out)):
         out[i] = not room.hidden[i]

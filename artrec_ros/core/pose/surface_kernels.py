@@ -30,6 +30,7 @@ class Surface(NamedTuple):
     centre: Any  # (P, 3)
     area: Any  # (P,)
     radius: Any  # (P,) of a ball about the centre that holds the patch
+    extent: Any  # (P, 2, 3) along its axes as far as it reaches from the centre, in its component's frame
     marker_of: Any  # (P,) index into the markers' contours, -1: a face
     ignored: Any  # (P, B) bool: boxes that the patch lies on
     starts: Any  # (P + 1,) multiples of LANES

@@ -136,11 +136,11 @@ def score_hypothesis(
         normal, centre, n_near, near = turned(A, s.normal[p]), (mx, my, mz), 0, 0
         if stays and in_view:
             stays = scores.near[column] & moved_boxes == 0
-            stays = stays and boxes_in_front(s, p, normal, centre, room, moved_boxes) == 0
+            stays = stays and boxes_in_front(s, p, A, normal, centre, room, moved_boxes) == 0
         if stays:
             continue
         if in_view and blocked:
-            n_near = boxes_in_front(s, p, normal, centre, room, ALL_BOXES)
+            n_near = boxes_in_front(s, p, A, normal, centre, room, ALL_BOXES)
             for n in range(n_near):
                 near |= bit_of(room.near[n])
         scores.near[column] = near

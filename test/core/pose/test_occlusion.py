@@ -9,7 +9,9 @@ from solids import RED, RIGHT_SIDE, facing, frames_of, marker, pose, random_pose
 
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
+from artrec_ros.core.pose.hiding_kernels import ALL_BOXES, boxes_in_camera, boxes_in_front
 from artrec_ros.core.pose.occlusion import BEHIND
+from artrec_ros.core.pose.surface_kernels import room_of
 from artrec_ros.core.pose.surface_model import SpatialModel
 
 pytestmark = pytest.mark.uncompiled
@@ -55,6 +57,22 @@ def test_a_slab_across_the_view_hides_what_its_shadow_covers(shift):
     surface = SpatialModel(model, RED, DEFAULTS.votes)
     shown = surface.shown(frames_of(surface, pose(0, 0, 1.0, model=model)), np.array([0]), 36)[0, 0]
     np.testing.assert_array_equal(shown, np.abs(surface.patches[0].inside[:, 0] - shift) > 0.05)
+
+
+@pytest.mark.parametrize(("beside", "may_hide"), [(0.01, True), (0.05, False)])
+def test_a_box_beside_the_shadow_of_a_slender_patch_is_not_looked_at(beside, may_hide):
+    """A strip of 20 by 1 cm, and a thin box half way in front of it: within the patch's length of it, but beside it."""
+    box = Box(Pose(np.eye(3), np.array([0.0, -0.5, beside])), np.array([0.01, 1e-3, 0.01]))
+    strip = Component("strip", (marker("face", rectangle(0.2, 0.01), RIGHT_SIDE, (0, 0, 0)),), required=True)
+    bar = Component("bar", strip.markers, joint=Joint("strip", Pose.identity(), np.eye(3)[0], 0, 0, "fixed"))
+    model = ObjectModel("pair", (strip, replace(bar, bodies=(box,))))
+    surface = SpatialModel(model, RED, DEFAULTS.votes)
+    frames = frames_of(surface, pose(0, 0, 1.0, model=model))
+    s, R, t = surface.compiled, frames.R[0], frames.t[0]
+    room = room_of(s)
+    boxes_in_camera(s, R, t, room.box_rotation, room.eye, room.middle)
+    place = R[0], R[0] @ s.normal[0], R[0] @ s.centre[0] + t[0]
+    assert boxes_in_front(s, 0, *place, room, ALL_BOXES) == may_hide
 
 
 def test_nothing_hides_anything_where_no_body_is_declared():

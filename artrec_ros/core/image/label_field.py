@@ -235,7 +235,8 @@ class LabelField:
         height, width = self.codes.shape
         bordered, far = self.padded.reshape(height + 2, width + 2).copy(), 4 * max(height, width)
         codes = bordered[1:-1, 1:-1]
-        fine = np.rint(np.clip(np.concatenate(solids), -far, far) * (1 << _SUBPIXEL_BITS)).astype(np.int32)
+        points = np.minimum(np.maximum(np.concatenate(solids), -far), far)
+        fine = np.rint(points * (1 << _SUBPIXEL_BITS)).astype(np.int32)
         for first, last in pairwise([0, *accumulate(map(len, solids))]):
             cv2.fillConvexPoly(codes, cv2.convexHull(fine[first:last]), OWNED, shift=_SUBPIXEL_BITS)
         rest = copy(self)  # with its seams, which are the segmenter's, not the objects'

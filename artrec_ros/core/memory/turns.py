@@ -48,7 +48,7 @@ class Turns:
         self._moves[old] = (np.abs(self._now[old].box - were.box)[:, :2] > config.grown_px).any(axis=1)
         grown = were.grown(self._now[old], config) & ~little[old]
         wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
-        again_s = np.clip(2 * were.wait_s, self._vain_s[old], refresh_s)
+        again_s = np.minimum(np.maximum(2 * were.wait_s, self._vain_s[old]), refresh_s)
         self._wait_s[old] = np.where(grown, self._retry_s, again_s)
         self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
         self._searched, self._explained = set[int](), set[int]()

@@ -17,7 +17,7 @@ def within_limits(q: Array, lower: Array, upper: Array, endless: NDArray[np.bool
     """Joints (..., J) within limits (J,); those that turn without limit go round."""
     begin = np.where(endless, lower, 0.0)
     turned = begin + (q - begin) % (2 * np.pi)
-    return np.where(endless, turned, np.clip(q, lower, upper))
+    return np.where(endless, turned, np.minimum(np.maximum(q, lower), upper))
 
 
 @dataclass(frozen=True)

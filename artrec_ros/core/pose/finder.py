@@ -287,7 +287,7 @@ class WholeObjectFinder:
         niche, near = self._search, poses[:1]
         off = np.linalg.norm(expected.t - near.t, axis=1) / (niche.niche_range * float(np.linalg.norm(near.t)))
         cosine = (np.einsum("kij,ij->k", expected.R, near.R[0]) - 1) / 2
-        return float(np.maximum(off, np.arccos(np.clip(cosine, -1, 1)) / niche.niche_rad).min())
+        return float(np.maximum(off, np.arccos(np.minimum(np.maximum(cosine, -1), 1)) / niche.niche_rad).min())
 
     def flips(self, found: Ranked) -> Poses:
         """Siblings of the best."""

@@ -55,7 +55,7 @@ def _without_tilt(covariances: Array) -> Array:
 def _away(covariances: Array, known: Array, config: RecognizerConfig) -> Array:
     """(H, 6+J) displacements along the direction of which the image tells least."""
     squares, axes = np.linalg.eigh(covariances / (known[:, :, None] * known[:, None]))
-    shares = np.sqrt(np.clip(squares, 0.0, 1.0))  # 1: of that direction the image says nothing
+    shares = np.sqrt(np.minimum(np.maximum(squares, 0.0), 1.0))  # 1: of that direction the image says nothing
     sizes = shares * (1 - shares)
     least, each = sizes.argmax(axis=1), np.arange(len(sizes))
     size = config.covariance.restart_sigma * sizes[each, least]

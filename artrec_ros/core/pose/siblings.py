@@ -35,7 +35,8 @@ class Siblings:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, surface, self._kin = finder, finder.surface, finder.surface.kinematics
         self._component = surface.component[surface.markers]
-        self._like = may_be_taken_for(surface, surface.markers) & surface.compiled.like
+        like = may_be_taken_for(surface, surface.markers) & surface.compiled.like
+        self._like = [np.flatnonzero(row).tolist() for row in like]  # of each marker those that may be it
 
     def of(
         self, frames: Sequence[ImageFrame], poses: Poses, seen: Sequence[Collection[int]], used: NDArray[np.bool_]
@@ -47,7 +48,7 @@ class Siblings:
 
     def _of_one(self, frame: ImageFrame, pose: Poses, seen: Collection[int], used: NDArray[np.bool_]) -> Bent:
         stays, variance = dict[str, float](), dict[str, float]()
-        if not self._like.any() or frame.deadline.expired:
+        if not any(self._like) or frame.deadline.expired:
             return Bent(stays, variance)
         frame = frame.unhurried()
         shown = {c: int(rows[0]) for c in seen if len(rows := np.flatnonzero(used & (self._component == c)))}
@@ -77,7 +78,7 @@ class Siblings:
         :param shown: of each component that is seen its marker.
         """
         for c, row in shown.items():
-            for other in np.flatnonzero(self._like[row]).tolist():
+            for other in self._like[row]:
                 d = self._of(other)
                 if d not in shown and self._hangs_free(c, shown):
                     yield [(other, row)]

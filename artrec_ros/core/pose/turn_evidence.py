@@ -99,7 +99,7 @@ def weighed(log_odds: Array, least: float | Array) -> tuple[NDArray[np.bool_], A
 
 def share_of_votes(votes: Array, told: Array) -> Array:
     """(H,) of the votes that are told, as far as it tells something."""
-    return np.clip(votes / np.maximum(told, 1e-9), *_SHARES)
+    return np.asarray(np.minimum(np.maximum(votes / np.maximum(told, 1e-9), _SHARES[0]), _SHARES[1]), np.float64)
 
 
 def contour_evidence(

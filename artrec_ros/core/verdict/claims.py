@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -190,9 +191,9 @@ def _known(finder: WholeObjectFinder, frame: ImageFrame, anchors: Array) -> Arra
     if frame.scene:
         within = np.clip(frame.scene.scale_limits(project(frame.camera, anchors)), limits.least, limits.greatest)
         ratio = within[:, 1] / np.maximum(within[:, 0], 1e-9)
-    else:
-        ratio = np.full(len(anchors), limits.greatest / max(limits.least, 1e-9))
-    return np.clip(np.log(np.maximum(ratio, 1.0)), 0.0, MOST_KNOWN)
+        return np.asarray(np.minimum(np.log(np.maximum(ratio, 1.0)), MOST_KNOWN), np.float64)
+    ratio_of_all = float(limits.greatest) / max(float(limits.least), 1e-9)
+    return np.full(len(anchors), min(math.log(max(ratio_of_all, 1.0)), MOST_KNOWN))
 
 
 def _misplaced(

@@ -78,8 +78,8 @@ def _rows(verdicts: Sequence[Verdict]) -> Array:
         values[row, patch]
         for values in (*(np.concatenate([arrays[i] for arrays in scores]) for i in range(3)), full_px)
     )
-    p = np.clip([v.probability for v in verdicts], 1e-6, 1 - 1e-6)
-    whole = np.clip(np.log(p / (1 - p)), -_MOST_ODDS, _MOST_ODDS)
+    p = np.minimum(np.maximum([v.probability for v in verdicts], 1e-6), 1 - 1e-6)
+    whole = np.minimum(np.maximum(np.log(p / (1 - p)), -_MOST_ODDS), _MOST_ODDS)
     alone = _alone(verdicts, shown)
     evidence = {
         "own": np.log1p(area_px * agree),

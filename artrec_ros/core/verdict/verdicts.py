@@ -210,6 +210,8 @@ class Verdict:
                 f"{votes[nearest]:.0f} votes" if votes[nearest] <= -0.5 else f"its class on {agree:.0%} of its pixels"
             )
             text.append(f"nearest to it {names[nearest]} with {said}")
+            if self.claim.finder.facing and not seen:  # of what one outline tells all is as wrong as that is
+                text.append(f"limits of the scale, or the outline of {names[root]}, may be off")
         elif not self.without_required:
             text.append(f"the outline of {names[root]} {fits}")
         if self.among.times[self.row] > _TIMES:

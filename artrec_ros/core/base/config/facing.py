@@ -147,14 +147,14 @@ class FacingConfig(Room):
     )
     most_pairs: int = param(
         2000,
-        "small markers with an outline are not paired with others far from them where more pairs of an image's blobs "
-        "may be two of an object's",
+        "where more pairs of an image's blobs may be two of an object's, far apart and with an outline, those alone go "
+        "on under which more of its other markers lie on their classes than chance brings about once",
         low=0,
         high=1000000,
         paths=_FACING,
         origin="one object among 25 like patches makes some 10, eight among 60 make 350, six of five like squares "
-        "among 20 more than 500, two hundred of one class and no object 7000: of these chance makes three times as "
-        "many objects as are found without pairs",
+        "among 20 more than 500, two hundred of one class and no object 7000; with 200 of 108 drawn objects among "
+        "strays 103 are found for 107, and 15 others for 25",
     )
     rounds: tuple[int, ...] = param(
         (4, 5),

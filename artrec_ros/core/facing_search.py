@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
+from .facing_known import FacingKnown
 from .facing_sizes import FacingSizes, with_joints
 from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
@@ -46,6 +47,7 @@ class FacingSearch:
         self._pairs = FacingPairs(finder, self._guesser, config, self._directions.kept)
         self._climbs = Climb(0, config.facing.rounds[0], config.facing.first_step), finder.last_climb
         self._sizes = FacingSizes(finder, config)
+        self._known = FacingKnown(finder, self._sizes, config)
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
@@ -116,15 +118,25 @@ class FacingSearch:
         limits: ScaleLimits,
         sizes: int = 1,
         limbs: Sequence[Blob] = (),
+        known: Poses | None = None,
     ) -> Poses:
         """Candidates of all blobs.
 
         :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
-        :param limbs: blobs that other components may have made.
+        :param limbs: blobs that other components may have made. :param known: (2 K,) where K objects of earlier frames
+            may be, see `Known.at`.
         """
+        there = self._known.found(frame, known) if known is not None and len(known) else None
+        found = self._searched(frame, blobs, limits, sizes, limbs)
+        return (found if there is None else found + self._known.better(there, found)).poses
+
+    def _searched(
+        self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
+    ) -> Ranked:
+        """Candidates that blobs lead to."""
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
         if not mine and not limbs:
-            return self.finder.surface.no_poses
+            return self.finder.ranked(frame, self.finder.surface.no_poses)
         found, blob, most, swollen = self._guesses(frame, mine, blobs, limits, sizes, limbs)
         kept = self._best_of_each(frame, found, blob, most)
         found, swollen = found[kept], swollen[kept]
@@ -134,9 +146,9 @@ class FacingSearch:
         found = self._sizes.each(swollen, lambda finder, rows: self._settled(finder, frame, few[rows]))
         found = found[self._few_of_each_place(frame, found, self._config.facing.rivals)]
         if self._directions.turned == 1 or len(mine) > self._config.facing.swollen_most:
-            return found.poses
+            return found
         larger = self._sizes.larger(frame, found, self._climbs[1])
-        return (found + larger[self._few_of_each_place(frame, larger, self._config.facing.rivals)]).poses
+        return found + larger[self._few_of_each_place(frame, larger, self._config.facing.rivals)]
 
     def _settled(self, finder: WholeObjectFinder, frame: ImageFrame, few: Ranked) -> Ranked:
         """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are

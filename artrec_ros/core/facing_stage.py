@@ -17,6 +17,7 @@ from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
+from .memory.recall import Recall
 from .model.found import Detection, StageResult
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
@@ -50,25 +51,33 @@ class FacingStage:
             config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}
         )
 
-    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob]) -> StageResult:
-        """Detections by target and score, and what was turned down, with reasons."""
+    def recognize(self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None) -> StageResult:
+        """Detections by target and score, and what was turned down, with reasons.
+
+        :param recall: what earlier frames say of this one, and where it is noted what this one says.
+        """
         if not self._searches:
             return StageResult()
         view = self._from_above.view(frame)
         if view is None:
-            found = self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration))
+            found = self._recognize(frame.faced(), blobs, scale_limits(self._config, frame.calibration), recall)
         else:
             seen = self._from_above.seen(frame, view)
-            found = back_in_image(self._recognize(*seen, scale_limits(self._config, None)), view)
+            found = back_in_image(self._recognize(*seen, scale_limits(self._config, None), recall), view)
         reach = self._judge.reach
         told, beyond = within(found.detections, reach, frame.calibration)
         rejected = Deferred(lambda: (*beyond, *found.rejected)) if beyond else found.rejected
         return StageResult(told, rejected, Deferred(lambda: within(found.doubtful, reach, frame.calibration)[0]))
 
-    def _recognize(self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits) -> StageResult:
+    def _recognize(
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, recall: Recall | None
+    ) -> StageResult:
         """As `recognize`, in a frame whose camera objects face."""
-        found, shared = self.candidates(faced, blobs, limits)
+        found, shared = self.candidates(faced, blobs, limits, recall)
         told = Offers(self.describers, self._judge, faced, blobs).told(found, shared, partial(self._again, faced))
+        if recall is not None:
+            for search, mine in zip(self._searches, told.verdicts, strict=True):
+                recall.accept(search.finder, mine, faced.camera)
         detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs
@@ -92,13 +101,15 @@ class FacingStage:
         return self.candidates(faced, blobs, limits)[1]
 
     def candidates(
-        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, recall: Recall | None = None
     ) -> tuple[list[tuple[WholeObjectFinder, Poses]], Shared]:
         """All candidates, and what `share_out` makes of them.
 
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
+        :param recall: what earlier frames say of this one.
         """
-        found, looks = self._found(faced, [(s, blobs, ()) for s in self._searches], limits), Looks()
+        found = self._found(faced, [(s, blobs, ()) for s in self._searches], limits, recall=recall)
+        looks = Looks()
         shared, in_time = self._shared_out(found, faced, looks)
         known = list[Verdict]()
         if in_time:
@@ -163,12 +174,14 @@ class FacingStage:
         tasks: Sequence[_Task],
         limits: ScaleLimits,
         sizes: int = 1,
+        recall: Recall | None = None,
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each search in its blobs, all in a share of the time that is left."""
         hurried, n = frame.hurried(self._config.facing.search_share), len(tasks)
+        expected = [recall.expected(s.finder) if recall else None for s, _, _ in tasks]
         return [
-            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes, limbs))
-            for i, (s, blobs, limbs) in enumerate(tasks)
+            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes, limbs, known))
+            for i, ((s, blobs, limbs), known) in enumerate(zip(tasks, expected, strict=True))
         ]
 
     def _again(self, faced: ImageFrame, found: Found) -> Shared | None:

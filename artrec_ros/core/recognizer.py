@@ -154,7 +154,7 @@ class Recognizer:
             rejected = _joined(rejected, flat.unmatched(looked_at, matches, detections, rejected))
         with watch.stage("pose"):
             whole: list[StageResult] = []
-            whole += [self._facing.recognize(frame, blobs)] if self._faces[calibrated] else []
+            whole += [self._facing.recognize(frame, blobs, recall)] if self._faces[calibrated] else []
             whole += [self._spatial.recognize(frame, blobs, recall)] if calibrated else []
             for found in whole:
                 detections, rejected = (*found.detections, *detections), _joined(found.rejected, rejected)

@@ -36,4 +36,4 @@ def all_on_plane(targets: Sequence[Target], config: RecognizerConfig) -> bool:
 def remembers(targets: Sequence[Target], config: RecognizerConfig, calibrated: Iterable[bool]) -> bool:
     """Whether one image tells something of the next, of images with or without calibration."""
     ways = {way_of(t, config, calibrated=c) for t in targets for c in calibrated}
-    return config.memory and SPACE in ways
+    return config.memory and not ways.isdisjoint((SPACE, FACING))

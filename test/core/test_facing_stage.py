@@ -309,9 +309,9 @@ def test_what_has_no_smaller_scale_to_try_is_not_looked_through_twice(monkeypatc
     picture, tasks, original = rendered(size=(300, 200)), [], FacingStage._found
     picture[165:195, 50:250] = picture[20:195, 50:70] = TEAM  # no marker's shape; a large one is told on part of it
 
-    def noted(self, frame, searches, *rest):
+    def noted(self, frame, searches, *rest, **more):
         tasks.append(len(searches))
-        return original(self, frame, searches, *rest)
+        return original(self, frame, searches, *rest, **more)
 
     monkeypatch.setattr(FacingStage, "_found", noted)
     engine = recognizer(robot(), max_scale=greatest)

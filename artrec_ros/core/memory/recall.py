@@ -11,6 +11,7 @@ from ..base.config import RecallConfig
 from ..base.patience import Patience
 from ..base.stamps import seconds_since
 from ..geometry.camera import Camera
+from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
@@ -50,6 +51,11 @@ class Recall:
         """The objects of a name that may be there, the most votes first."""
         return self._memory.known.get(name, ()) if self._memory else ()
 
+    def expected(self, finder: WholeObjectFinder) -> Poses:
+        """(2 K,) where its objects may be, see `Known.at`."""
+        known = self.known(finder.target.name)
+        return Poses.concatenate([k.at(self.clock_s) for k in known]) if known else finder.surface.no_poses
+
     def due(self, known: Sequence[Known], behind: Sequence[Known], doubt_s: float = 0.0) -> list[Known]:
         """Those in whose place others are looked for in this frame: all for which the next one would be too late, else
         the one for which it is the longest time ago, if that is half the time. Where a newer image waits those that are
@@ -73,7 +79,7 @@ class Recall:
 
     def rests(self, finder: WholeObjectFinder, poses: Poses) -> bool:
         """Whether an object is known, and it is not its turn to be looked for in this frame."""
-        known = self._nearest(poses, self.known(finder.target.name), finder.surface.extent)
+        known = self._nearest(finder, poses, self.known(finder.target.name))
         return known is not None and known not in self._challenged
 
     def was_there(self, known: Known) -> bool:
@@ -97,7 +103,7 @@ class Recall:
         before, told, new = list(self.known(finder.target.name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
             seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
-            old = self._nearest(verdict.claim.poses, before, finder.surface.extent)
+            old = self._nearest(finder, verdict.claim.poses, before)
             if old is None:
                 told.append(Known.first(*seen))
                 new.append(verdict.claim.poses)
@@ -120,13 +126,19 @@ class Recall:
             for verdict in verdicts:
                 turns.doubt(*finder.required.discs(camera, verdict.claim.poses))
 
-    def _nearest(self, poses: Poses, known: Sequence[Known], within_m: float) -> Known | None:
+    def _nearest(self, finder: WholeObjectFinder, poses: Poses, known: Sequence[Known]) -> Known | None:
         """The object that is expected next to where one is; None: none is so near."""
         if not known:
             return None
-        off_m = [np.linalg.norm(k.places(self.clock_s) - poses.t[0], axis=1).min() for k in known]
+        off_m = [np.linalg.norm(self._places(finder, poses, k) - poses.t[0], axis=1).min() for k in known]
         nearest = int(np.argmin(off_m))
-        return known[nearest] if off_m[nearest] < within_m else None
+        return known[nearest] if off_m[nearest] < finder.surface.extent else None
+
+    def _places(self, finder: WholeObjectFinder, poses: Poses, known: Known) -> Array:
+        """(2, 3) where an object is expected; of what faces the camera, whose depth stands for its scale, as far off as
+        another one is."""
+        places = known.places(self.clock_s)
+        return places * (poses.t[0, 2] / places[:, 2:]) if finder.facing else places
 
     def left(self, size: tuple[int, int], camera: Camera | None) -> Memory:
         """For the next frame. :param size: (width, height) of this one's image. :param camera: that took it."""

@@ -18,6 +18,7 @@ from .geometry.range_limits import ScaleLimits
 from .geometry.transforms import Array
 from .image.blobs import Blob, centres, find_blobs, solidity
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
 from .pose.climber import Climb
 from .pose.directions import Directions
 from .pose.distinct_kernels import few_of_places
@@ -118,17 +119,26 @@ class FacingSearch:
         limits: ScaleLimits,
         sizes: int = 1,
         limbs: Sequence[Blob] = (),
-        known: Poses | None = None,
+        recall: Recall | None = None,
     ) -> Poses:
         """Candidates of all blobs.
 
         :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
-        :param limbs: blobs that other components may have made. :param known: (2 K,) where K objects of earlier frames
-            may be, see `Known.at`.
+        :param limbs: blobs that other components may have made. :param recall: what earlier frames say of this one.
         """
-        there = self._known.found(frame, known) if known is not None and len(known) else None
-        found = self._searched(frame, blobs, limits, sizes, limbs)
-        return (found if there is None else found + self._known.better(there, found)).poses
+        if recall is None:
+            return self._searched(frame, blobs, limits, sizes, limbs).poses
+        known = self._known.found(frame, recall.expected(self.finder))
+        mine = [b for b in blobs if b.label in self.finder.root_labels]
+        turns = recall.turns(self.finder.target.name, mine)
+        explained = {id(b) for b in mine} - {id(b) for b in self.unexplained(self._known.left(frame, known), mine)}
+        waiting = {id(b) for b in mine if id(b) in explained and turns.waits(b)}
+        found = self._searched(frame, [b for b in blobs if id(b) not in waiting], limits, sizes, limbs)
+        for blob in mine if not frame.deadline.expired else ():
+            if id(blob) not in waiting:
+                turns.search(blob)
+                turns.explain(blob)
+        return (found + self._known.better(known, found)).poses
 
     def _searched(
         self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]

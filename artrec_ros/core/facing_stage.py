@@ -178,10 +178,9 @@ class FacingStage:
     ) -> list[tuple[WholeObjectFinder, Poses]]:
         """Candidates of each search in its blobs, all in a share of the time that is left."""
         hurried, n = frame.hurried(self._config.facing.search_share), len(tasks)
-        expected = [recall.expected(s.finder) if recall else None for s, _, _ in tasks]
         return [
-            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes, limbs, known))
-            for i, ((s, blobs, limbs), known) in enumerate(zip(tasks, expected, strict=True))
+            (s.finder, s.run(hurried.hurried(1 / (n - i)), blobs, limits, sizes, limbs, recall))
+            for i, (s, blobs, limbs) in enumerate(tasks)
         ]
 
     def _again(self, faced: ImageFrame, found: Found) -> Shared | None:

@@ -35,6 +35,19 @@ def blind(monkeypatch):
     return lambda: monkeypatch.setattr(FacingSearch, "_best_of_each", lambda *args: np.zeros(0, np.int64))
 
 
+@pytest.fixture
+def searched(monkeypatch):
+    """How many blobs of the required component were searched in each frame, what is found at first alone."""
+    count, original = [], FacingSearch._searched
+
+    def noted(self, frame, blobs, *rest):
+        count.append(sum(b.label in self.finder.root_labels for b in blobs))
+        return original(self, frame, blobs, *rest)
+
+    monkeypatch.setattr(FacingSearch, "_searched", noted)
+    return count
+
+
 def play(images, recognise=ONE, step_ns=STEP_NS, memory=None, first=0):
     results = []
     for k, image in enumerate(images, first):
@@ -125,6 +138,38 @@ def test_what_was_put_elsewhere_or_changed_is_found_as_it_is():
     results, _ = play([rendered(at) for at in scenes])
     for at, result in zip(scenes, results, strict=True):
         assert assert_at(result, at).identity.name == at.name
+
+
+def test_what_known_objects_explain_is_searched_anew_in_its_turn_alone(searched):
+    short = recognizer(robot(), refresh_s=0.3)
+    searched.clear()  # of getting ready
+    results, _ = play([SCENES[0]] * 24, short)
+    assert all(len(r.detections) == 3 for r in results)
+    assert searched[0] == 3 and 9 <= sum(searched) <= 24  # each of them every 0.15 to 0.3 s
+    assert max(np.diff(np.flatnonzero(searched))) * STEP_NS * 1e-9 <= 0.3
+    searched.clear()
+    play([SCENES[0]] * 4, short, step_ns=10**9)
+    assert searched == [3] * 4
+
+
+def test_each_blob_is_searched_in_full_while_its_object_is_in_doubt(searched):
+    half = rendered(driving(0))
+    half[60:] = 9
+    results, _ = play([half] * 4)
+    assert searched[-4:] == [1] * 4
+
+
+@pytest.mark.parametrize("apart", [1.0, 1.6])
+def test_what_comes_is_found_at_once_though_it_touches_what_is_known(apart):
+    first = Placing(60.3, 60.4, 0.7 + np.pi, 330.0, "gr")
+    ahead = np.array([np.cos(0.7), -np.sin(0.7)]) * 0.0752 * first.scale * apart
+    both = rendered(first, Placing(*(np.array([60.3, 60.4]) + ahead), 0.7, 330.0, "vr"))
+    near = recognizer(robot(), min_scale=250.0, max_scale=430.0)
+    results, _ = play([rendered(first)] * 3 + [both] * 2, near)
+    alone = places(near.recognize(both))
+    assert len(alone) == 2
+    for (name, *here), (same, *there) in zip(alone + alone, places(results[3]) + places(results[4]), strict=True):
+        assert name == same and np.hypot(*np.subtract(here, there)) <= 2
 
 
 SCENES = [

@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from .base.config import RecognizerConfig
 from .facing_sizes import FacingSizes
+from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.ranked import Ranked, first_of_each
-from .verdict.claims import left_by
+from .verdict.claims import left_by, unexplained
 from .verdict.judge import Judge
 from .verdict.verdicts import Verdict
 
@@ -23,9 +26,28 @@ class FacingKnown:
 
     def __init__(self, finder: WholeObjectFinder, sizes: FacingSizes, config: RecognizerConfig) -> None:
         self._finder, self._sizes, self._search = finder, sizes, config.search
+        self._labels = finder.root_labels
         self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
 
-    def found(self, frame: ImageFrame, known: Poses) -> Ranked:
+    def beside(
+        self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall, search: Callable[[Sequence[Blob]], Ranked]
+    ) -> Ranked:
+        """Candidates of a search in blobs, and known objects. Blobs that sure ones explain are searched in their turn.
+
+        :param recall: what earlier frames say of this one, and where it is noted which blobs were searched.
+        """
+        known, mine = self._found(frame, recall.expected(self._finder)), [b for b in blobs if b.label in self._labels]
+        turns = recall.turns(self._finder.target.name, mine)
+        free = unexplained(self._left(frame, known), mine, self._search.explained)
+        waiting = {id(b) for b, open_ in zip(mine, free.tolist(), strict=True) if not open_ and turns.waits(b)}
+        found = search([b for b in blobs if id(b) not in waiting])
+        for blob in mine if not frame.deadline.expired else ():
+            if id(blob) not in waiting:
+                turns.search(blob)
+                turns.explain(blob)  # what nothing explains is searched in any case
+        return found + self._better(known, found)
+
+    def _found(self, frame: ImageFrame, known: Poses) -> Ranked:
         """What becomes of objects where they are expected.
 
         :param known: (2 K,) of K objects, each in two places, see `Known.at`: the better one is gone on with.
@@ -41,7 +63,7 @@ class FacingKnown:
         found += rested + self._sizes.larger(frame, rested, finder.last_climb)
         return found.best(len(found), self._search)
 
-    def left(self, frame: ImageFrame, known: Ranked) -> ImageFrame:
+    def _left(self, frame: ImageFrame, known: Ranked) -> ImageFrame:
         """A frame without the pixels of known objects that are sure, and lack nothing: what lacks a part may be another
         one, which has it."""
         verdicts = self._judge.verdicts(self._finder, known.poses, frame)
@@ -51,7 +73,7 @@ class FacingKnown:
         trust, complete = self._judge.trust(verdict), -verdict.evidence.missing <= self._lacking
         return trust > self._search.sure and complete and self._judge.tells(verdict)
 
-    def better(self, known: Ranked, found: Ranked) -> Ranked:
+    def _better(self, known: Ranked, found: Ranked) -> Ranked:
         """Those of known objects that a search did not come to, or to what has fewer votes: others would be judged for
         nothing."""
         there = self._finder.required.is_in_place_of(known.poses, found.poses, self._search.niche_rad)

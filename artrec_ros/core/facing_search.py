@@ -6,6 +6,7 @@ What a search in space does blob by blob is done at once here: there are many sm
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -126,22 +127,11 @@ class FacingSearch:
         :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
         :param limbs: blobs that other components may have made. :param recall: what earlier frames say of this one.
         """
-        if recall is None:
-            return self._searched(frame, blobs, limits, sizes, limbs).poses
-        known = self._known.found(frame, recall.expected(self.finder))
-        mine = [b for b in blobs if b.label in self.finder.root_labels]
-        turns = recall.turns(self.finder.target.name, mine)
-        explained = {id(b) for b in mine} - {id(b) for b in self.unexplained(self._known.left(frame, known), mine)}
-        waiting = {id(b) for b in mine if id(b) in explained and turns.waits(b)}
-        found = self._searched(frame, [b for b in blobs if id(b) not in waiting], limits, sizes, limbs)
-        for blob in mine if not frame.deadline.expired else ():
-            if id(blob) not in waiting:
-                turns.search(blob)
-                turns.explain(blob)
-        return (found + self._known.better(known, found)).poses
+        search = partial(self._searched, frame, limits, sizes, limbs)
+        return (search(blobs) if recall is None else self._known.beside(frame, blobs, recall, search)).poses
 
     def _searched(
-        self, frame: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, sizes: int, limbs: Sequence[Blob]
+        self, frame: ImageFrame, limits: ScaleLimits, sizes: int, limbs: Sequence[Blob], blobs: Sequence[Blob]
     ) -> Ranked:
         """Candidates that blobs lead to."""
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])

@@ -40,9 +40,9 @@ def searched(monkeypatch):
     """How many blobs of the required component were searched in each frame, what is found at first alone."""
     count, original = [], FacingSearch._searched
 
-    def noted(self, frame, blobs, *rest):
-        count.append(sum(b.label in self.finder.root_labels for b in blobs))
-        return original(self, frame, blobs, *rest)
+    def noted(self, *given):
+        count.append(sum(b.label in self.finder.root_labels for b in given[-1]))
+        return original(self, *given)
 
     monkeypatch.setattr(FacingSearch, "_searched", noted)
     return count

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from .params import Room, param
 
-_WHOLE = ("space",)
+_SPACE, _WHOLE = ("space",), ("space", "facing")
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class RecallConfig(Room):
         "while newer images wait, the share of time that is left to close looks at what is in doubt",
         low=0.001,
         high=1,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="what is known comes first; a blob in doubt takes as long as following some ten objects",
     )
     moved_px: float = param(
@@ -89,7 +89,7 @@ class RecallConfig(Room):
         "share of its votes that a known object must keep, without which it is looked for anew",
         low=0,
         high=1,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="what it loses from frame to frame while it is followed well is below that",
     )
     strayed: float = param(
@@ -97,7 +97,7 @@ class RecallConfig(Room):
         "how far it may be from where it is expected, as a share of how far climbs go, else it is looked for anew",
         low=0,
         high=1,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="steps at 30 Hz are below; a tenth of a second's are not",
     )
     left: float = param(
@@ -105,7 +105,7 @@ class RecallConfig(Room):
         "share of its votes that a first fit must leave a known object, without which it is not followed",
         low=0,
         high=1,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="half of it may be hidden from one frame to the next; where it is not there less is left",
     )
     limbs: float = param(
@@ -114,7 +114,7 @@ class RecallConfig(Room):
         "once",
         low=0,
         high=100,
-        paths=_WHOLE,
+        paths=_SPACE,
         origin="limbs lie there, and half hidden objects are often found from theirs",
     )
     most_gone: int = param(

@@ -144,8 +144,9 @@ class RecognizerConfig:
     )
     memory: bool = param(
         True,
-        "what frames before told of an object, its name and turn counts, too; in space its place is looked at first, "
-        "and blobs that were searched in vain wait their turn; else each frame is judged by itself",
+        "what frames before told of an object, its name and turn counts, too; of what is found as a whole its place is "
+        "looked at first, and in space blobs that were searched in vain wait their turn; else each frame is judged by "
+        "itself",
         paths=("plane", "space", "facing"),
     )
     refresh_s: float = param(
@@ -154,7 +155,7 @@ class RecognizerConfig:
         unit="s",
         low=0.001,
         high=3600,
-        paths=("space",),
+        paths=("space", "facing"),
     )
     threads: int = param(
         0,

@@ -283,7 +283,7 @@ class SearchConfig(Room):
         "trust in an object that takes its pixels: others are not searched for there",
         low=0,
         high=2,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="fit: 3 % of such claims may be wrong (benchmarks/acceptance.py --fit); above 1: none is sure",
     )
     beyond_doubt: float = param(

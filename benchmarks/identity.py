@@ -18,7 +18,8 @@ import numpy as np
 
 from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose
+from artrec_ros.core.model.found import Detection, ImagePose
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.tracking.tracker import Tracker
 from artrec_ros.io.parameters.parameter_file import load_parameters
 from artrec_ros.simulation.config import SceneConfig, SensorConfig

@@ -15,7 +15,7 @@ from rivals import aruco, contours_alone, generalized_hough, with_tags
 
 from artrec_ros.core.constraints.constraint_set import ConstraintSet
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import FrameResult
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.io.parameters.parameter_file import Setup

@@ -16,7 +16,8 @@ import pytest
 import yaml
 from tutorial import PICTURES, Command, SaveFile, alternatives, steps
 
-from artrec_ros.core.model.found import ClassFit, ConstraintFailure, Rejection
+from artrec_ros.core.model.found import ClassFit
+from artrec_ros.core.model.frame_result import ConstraintFailure, Rejection
 from artrec_ros.io.images.cameras import load_camera
 from artrec_ros.io.learned.annotations import load_coco
 from artrec_ros.io.parameters.parameter_file import load_parameters

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .geometry.scene import Scene
 from .image.blobs import Blob
 from .image.segmentation import rectangles
-from .model.found import Rejection
+from .model.frame_result import Rejection
 from .model.target import Target
 
 NO_PIXEL = "no pixel of the image"

@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 
 from .geometry.camera import Camera
 from .geometry.transforms import Array
-from .model.found import Detection, Instance, Rejection
+from .model.found import Detection, Instance
+from .model.frame_result import Rejection
 
 Picture = NDArray[np.uint8]
 Colour = tuple[int, int, int]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from .canvas import Canvas, Colour, Picture
 from .geometry.camera import Camera
-from .model.found import FrameResult, Rejection
+from .model.frame_result import FrameResult, Rejection
 
 # BGR of class numbers 0..7, muted so that outlines stand out; higher numbers get hues of their own
 _CLASS_COLOURS = np.array(

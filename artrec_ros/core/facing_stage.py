@@ -18,7 +18,8 @@ from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
 from .memory.recall import Recall
-from .model.found import Detection, StageResult
+from .model.found import Detection
+from .model.frame_result import StageResult
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .pose.on_plane import PlanePlacer

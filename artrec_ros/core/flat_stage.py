@@ -21,7 +21,8 @@ from .grouping.paper import align_literally, group_literally
 from .grouping.solution import solve
 from .image.blobs import Blob, centres
 from .image.image_frame import ImageFrame
-from .model.found import Detection, Rejection
+from .model.found import Detection
+from .model.frame_result import Rejection
 from .model.target import Target
 from .turned_down import unmatched
 from .verdict.report import detections_of, rejections_of

@@ -19,7 +19,8 @@ from .image.blobs import Blob, centres, find_blobs
 from .image.codes import OUTSIDE
 from .image.image_frame import ImageFrame
 from .image.label_field import LabelField
-from .model.found import Detection, ImagePose, Instance, Missing, OtherPlace, Rejection, StageResult
+from .model.found import Detection, ImagePose, Instance, Missing, OtherPlace
+from .model.frame_result import Rejection, StageResult
 from .verdict.reach import Reach
 
 _HALVINGS = 9  # of the way to what is behind the camera: farther than a hundred images off nobody looks

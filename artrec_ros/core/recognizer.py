@@ -28,7 +28,8 @@ from .image.label_field import LabelField
 from .image.labeller import Labeller
 from .memory.memory import Memory
 from .memory.recall import Recall
-from .model.found import Detection, FrameResult, Rejection, StageResult
+from .model.found import Detection
+from .model.frame_result import FrameResult, Rejection, StageResult
 from .model.target import Target
 from .pose.by_size import SizePlacer
 from .pose.on_plane import PlanePlacer

@@ -12,7 +12,7 @@ from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
 from .memory.recall import Recall
-from .model.found import StageResult
+from .model.frame_result import StageResult
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .second_looks import SecondLooks

@@ -10,7 +10,8 @@ import numpy as np
 from .geometry.projection import project
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
-from .model.found import Detection, Rejection
+from .model.found import Detection
+from .model.frame_result import Rejection
 from .model.target import Target
 from .pose.finder import WholeObjectFinder
 from .verdict.claims import Claim, left_by

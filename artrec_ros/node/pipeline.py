@@ -16,7 +16,7 @@ from ..core.base.patience import Patience
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
-from ..core.model.found import FrameResult, Rejection
+from ..core.model.frame_result import FrameResult, Rejection
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
 from ..io.bags.topics import decode_message

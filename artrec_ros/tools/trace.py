@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from ..core.base.errors import ConfigError, ImageError, SourceError
 from ..core.image.segmentation import Segmenter
-from ..core.model.found import Detection, FrameResult
+from ..core.model.found import Detection
+from ..core.model.frame_result import FrameResult
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from ..io.base.bars import bar, say

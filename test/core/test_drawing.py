@@ -12,7 +12,8 @@ import pytest
 from artrec_ros.core.drawing import class_picture, draw_error, draw_result, object_colour
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult, Rejection
 
 SQUARE = np.array([[80.0, 60], [120, 60], [120, 100], [80, 100]])
 CAMERA = Camera(np.array([[200.0, 0, 100], [0, 200, 80], [0, 0, 1]]), np.zeros(5), (200, 160))

@@ -18,7 +18,8 @@ from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.found import Detection, FrameResult
+from artrec_ros.core.model.found import Detection
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.ways import FACING, PLANE, SPACE, all_on_plane, way_of

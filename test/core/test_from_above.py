@@ -9,7 +9,8 @@ from artrec_ros.core.from_above import back_in_image, in_image
 from artrec_ros.core.geometry.range_limits import ScaleLimits
 from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.top_view import TopView
-from artrec_ros.core.model.found import Detection, ImagePose, Missing, OtherPlace, Rejection, StageResult
+from artrec_ros.core.model.found import Detection, ImagePose, Missing, OtherPlace
+from artrec_ros.core.model.frame_result import Rejection, StageResult
 
 SIZE, HEIGHT_M, FOCAL_PX, DOWN = (640, 480), 0.3, 300.0, np.radians(20.0)
 MARKS = np.array([[0.5, 0.2], [0.5, -0.2], [2.0, 0.6], [2.0, -0.6]])

@@ -9,7 +9,7 @@ from settings import settings
 
 from artrec_ros.core.base.errors import ConfigError, ImageError
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import Rejection
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import _in_image

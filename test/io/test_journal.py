@@ -7,17 +7,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import (
-    ClassFit,
-    ConstraintFailure,
-    Detection,
-    FrameResult,
-    IdentityFit,
-    ImagePose,
-    Instance,
-    OtherPlace,
-    Rejection,
-)
+from artrec_ros.core.model.found import ClassFit, Detection, IdentityFit, ImagePose, Instance, OtherPlace
+from artrec_ros.core.model.frame_result import ConstraintFailure, FrameResult, Rejection
 from artrec_ros.io.base.whole_files import LineFile, write_whole
 from artrec_ros.io.results.journal import Journal, Recognised
 

@@ -12,7 +12,8 @@ import pytest
 from rosbags.highlevel import AnyReader
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.bags.topics import decode_message
 from artrec_ros.io.images.cameras import load_camera

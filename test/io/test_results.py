@@ -12,10 +12,8 @@ from artrec_ros.core.base.errors import SourceError
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.model.found import (
     ClassFit,
-    ConstraintFailure,
     Detection,
     Filtered,
-    FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
@@ -23,8 +21,8 @@ from artrec_ros.core.model.found import (
     Motion,
     OtherPlace,
     OtherTurn,
-    Rejection,
 )
+from artrec_ros.core.model.frame_result import ConstraintFailure, FrameResult, Rejection
 from artrec_ros.io.results.results import FrameRecord, read_results
 
 DETECTION = Detection(

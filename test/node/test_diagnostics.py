@@ -9,7 +9,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
-from artrec_ros.core.model.found import Rejection
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
 

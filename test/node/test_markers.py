@@ -12,7 +12,8 @@ from visualization_msgs.msg import Marker
 
 from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.objects import Box, Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.tracker import Tracker

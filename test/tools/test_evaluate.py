@@ -14,7 +14,8 @@ import pytest
 from evaluation.makers import CAMERA, SUMMARY, found_thing, pixel, pose_at, record, true_thing, write_run, write_truth
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.io.truth.records import load_truth

@@ -19,7 +19,8 @@ from ..base.config import RecognizerConfig, TrackingConfig
 from ..base.deferred import Deferred
 from ..base.stamps import seconds_since
 from ..geometry.transforms import Array
-from ..model.found import Detection, FrameResult, Rejection
+from ..model.found import Detection
+from ..model.frame_result import FrameResult, Rejection
 from ..model.target import Target
 from ..verdict.judge import too_low
 from .doubles import Places, doubles, leaps

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, Rejection
+from ..model.found import Detection
+from ..model.frame_result import Rejection
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
 from .descriptions import Describer

@@ -12,7 +12,7 @@ from ..geometry.transforms import Array, wrap_angle
 from ..grouping.candidates import Candidates, ImagePoses
 from ..grouping.group_search import GroupSearch
 from ..grouping.solution import Lost
-from ..model.found import ConstraintFailure
+from ..model.frame_result import ConstraintFailure
 
 
 def failure_of(candidates: Candidates, a: int, b: int) -> ConstraintFailure | None:

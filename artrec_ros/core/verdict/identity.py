@@ -21,7 +21,8 @@ from scipy.special import expit, logit, logsumexp
 
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from ..model.found import SURE, Detection, IdentityFit, Rejection
+from ..model.found import SURE, Detection, IdentityFit
+from ..model.frame_result import Rejection
 from ..model.identities import identities_of
 from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, Rejection
+from ..model.found import Detection
+from ..model.frame_result import Rejection
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
 from .descriptions import Describer

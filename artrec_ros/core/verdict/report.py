@@ -13,7 +13,8 @@ from ..geometry.transforms import Array
 from ..grouping.candidates import Candidates
 from ..grouping.group_search import Group, GroupSearch
 from ..grouping.solution import Solution
-from ..model.found import ConstraintFailure, Detection, ImagePose, Instance, Rejection
+from ..model.found import Detection, ImagePose, Instance
+from ..model.frame_result import ConstraintFailure, Rejection
 from ..model.target import Target
 from .explain import failure_of, reason_alone, reason_lost, text_of
 from .trust import probability

@@ -19,8 +19,8 @@ from ...core.model.found import (
     Motion,
     OtherPlace,
     OtherTurn,
-    Rejection,
 )
+from ...core.model.frame_result import Rejection
 from ..base.typed import UnfitError
 from .line_format import FilteredPlace, FoundObject, OtherImagePlace, Place
 from .line_format import OtherPlace as OtherSpatialPlace

@@ -20,10 +20,8 @@ from ...core.memory.looks import Looks
 from ...core.memory.memory import Known, Memory
 from ...core.model.found import (
     ClassFit,
-    ConstraintFailure,
     Detection,
     Filtered,
-    FrameResult,
     IdentityFit,
     ImagePose,
     Instance,
@@ -31,8 +29,8 @@ from ...core.model.found import (
     Motion,
     OtherPlace,
     OtherTurn,
-    Rejection,
 )
+from ...core.model.frame_result import ConstraintFailure, FrameResult, Rejection
 from ..base.json_lines import parsed_line
 from ..base.typed import typed
 from ..base.whole_files import LineFile

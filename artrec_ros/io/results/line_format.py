@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import Annotated, TypedDict
 
-from ...core.model.found import ClassFit, ImagePose, MissingState, PoseSource, Rejection
+from ...core.model.found import ClassFit, ImagePose, MissingState, PoseSource
+from ...core.model.frame_result import Rejection
 from ..base.typed import Between, Share, Stamp
 
 _Triple = tuple[float, float, float]

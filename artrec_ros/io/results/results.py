@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from ...core.model.found import Detection, FrameResult, Rejection
+from ...core.model.found import Detection
+from ...core.model.frame_result import FrameResult, Rejection
 from ..base.json_lines import at_line, lines_of, parsed_line
 from ..base.typed import typed
 from .found_objects import detection_of, detection_to_dict, rejection_to_dict, rounded

@@ -13,7 +13,8 @@ from ...core.canvas import class_text
 from ...core.drawing import class_picture, object_colour
 from ...core.geometry.camera import Camera
 from ...core.geometry.transforms import Array, Pose, quaternion_from_rotation
-from ...core.model.found import Detection, FrameResult
+from ...core.model.found import Detection
+from ...core.model.frame_result import FrameResult
 from ...core.model.kinematics import Kinematics
 from ...core.model.objects import Component, ObjectModel
 from ...core.model.target import Target

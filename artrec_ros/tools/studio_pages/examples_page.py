@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...core.drawing import object_colour
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...io.learned.annotations import IDENTITY, AnnotatedObject
 from ..studio_state.doubts import Doubt, ranked, recognised
 from ..studio_state.examples import Examples, axes_of, identities

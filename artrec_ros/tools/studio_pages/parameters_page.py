@@ -7,7 +7,7 @@ from collections import defaultdict
 from typing import Any
 
 from ...core.base.errors import ArtrecError
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...io.parameters.parameter_file import Setup
 from ...io.parameters.specs import EXPERT, Spec
 from ..studio_state.ros import Ros

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...core.base.errors import ImageError
-from ...core.model.found import Detection, FrameResult
+from ...core.model.found import Detection
+from ...core.model.frame_result import FrameResult
 from .examples import Examples
 from .jumps import jumps
 from .rare_pairs import rare_pairs, shown_by

@@ -10,7 +10,8 @@ import numpy as np
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
-from ...core.model.found import Detection, FrameResult
+from ...core.model.found import Detection
+from ...core.model.frame_result import FrameResult
 from ...core.model.objects import ObjectModel
 from ...core.model.target import Target
 from ...io.learned.annotation_writer import save_coco

@@ -10,7 +10,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ...core.geometry.transforms import Array, wrap_angle
-from ...core.model.found import Detection, FrameResult
+from ...core.model.found import Detection
+from ...core.model.frame_result import FrameResult
 
 _USUAL = 4.0  # times as far off as objects usually are: of pictures that are no sequence, none is
 _LEAST_SIZE, _LEAST_TURN_RAD = 0.5, 0.5  # share of an object's size in the image: less is noise, or how it moves

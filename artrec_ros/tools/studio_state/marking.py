@@ -6,7 +6,7 @@ import numpy as np
 
 from ...core.base.errors import ConfigError
 from ...core.geometry.transforms import Array
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...core.model.target import Target
 from ...io.learned.annotations import AnnotatedObject
 from .examples import Examples, Key, axes_of, identities, keys_of

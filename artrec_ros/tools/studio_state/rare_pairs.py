@@ -8,7 +8,8 @@ from itertools import combinations
 
 from ...core.constraints.pairs import ANGLES, Key, PairConstraint, configuration
 from ...core.learning.pair_learning import Example, learn
-from ...core.model.found import Detection, FrameResult, Instance
+from ...core.model.found import Detection, Instance
+from ...core.model.frame_result import FrameResult
 from ...core.model.target import Target
 from ...io.learned.annotations import Annotations
 from .examples import Examples

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...core.base.errors import ArtrecError, one_line
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...io.learned.annotations import AnnotatedObject
 from .doubts import Doubt, ranked, recognised
 from .examples import Examples, is_same

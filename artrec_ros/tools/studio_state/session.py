@@ -15,7 +15,7 @@ from ...core.base import kernel_cache
 from ...core.base.config import ImageConfig
 from ...core.drawing import class_picture, draw_result
 from ...core.image.segmentation import Segmenter
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...core.recognizer import Recognizer
 from ...io.base.shared_files import resolve_path
 from ...io.base.whole_files import save_file

@@ -9,7 +9,7 @@ from typing import Any
 import yaml
 
 from ...core.base.errors import ConfigError, ImageError
-from ...core.model.found import FrameResult
+from ...core.model.frame_result import FrameResult
 from ...io.parameters.parameter_file import Setup
 from ...io.parameters.specs import Spec
 from ...io.parameters.unread import unread

@@ -9,7 +9,8 @@ from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, RecognizerConfig, TrackingConfig
 from artrec_ros.core.base.deferred import Deferred
-from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace, Rejection
+from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
 from artrec_ros.core.tracking.tracker import Tracker

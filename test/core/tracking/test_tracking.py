@@ -8,7 +8,8 @@ import pytest
 from artrec_ros.core.base.config import TrackingConfig
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_rotvec
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose
+from artrec_ros.core.model.found import Detection, ImagePose
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.tracking.tracker import Tracker
 
 START, PERIOD = 1_700_000_000_000_000_000, 33_333_333

@@ -13,7 +13,8 @@ from artrec_ros.core.base.config import ImageConfig, TrackingConfig
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.image.blobs import find_blobs
 from artrec_ros.core.image.segmentation import Segmenter
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose
+from artrec_ros.core.model.found import Detection, ImagePose
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.recognizer import Recognizer

@@ -12,7 +12,8 @@ import yaml
 
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult, Rejection
 from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.io.truth.records import TrueComponent, TrueObject
 from artrec_ros.tools.replaying.names import overlay_name

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import IdentityFit, ImagePose, Instance, Rejection
+from artrec_ros.core.model.found import IdentityFit, ImagePose, Instance
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.io.results.results import FrameRecord
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation.failures import failed_frames

@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 import pytest
 
-from artrec_ros.core.model.found import Rejection
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.tools.evaluate import evaluate
 from artrec_ros.tools.evaluation import gallery
 from artrec_ros.tools.evaluation.breakdown import component_counts

@@ -13,7 +13,8 @@ import pytest
 from artrec_ros.core.base.errors import ImageError
 from artrec_ros.core.geometry.camera import Camera
 from artrec_ros.core.geometry.transforms import Pose, rotation_from_quaternion, rotation_from_rotvec
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance, Rejection
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult, Rejection
 from artrec_ros.tools.main import main
 
 OBJECT = """

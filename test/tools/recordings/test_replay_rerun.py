@@ -10,7 +10,7 @@ import pytest
 from rerun_recording import CAMERA, CONTOUR, COVARIANCE, FOUND, STAMPS, picture, placed
 
 from artrec_ros.core.geometry.transforms import rotation_from_quaternion
-from artrec_ros.core.model.found import FrameResult
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.kinematics import Kinematics
 from artrec_ros.io.messages.marker_messages import component_frames
 from artrec_ros.io.parameters.parameter_file import load_parameters

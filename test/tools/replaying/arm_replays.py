@@ -11,7 +11,8 @@ import yaml
 
 from artrec_ros.core.base.errors import ImageError
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import Detection, FrameResult, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.io.bags.writer import BagWriter
 from artrec_ros.tools.main import main
 

@@ -11,7 +11,7 @@ import pytest
 from arm_replays import bag, folder_of, params_of, run, summary_of
 
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.model.found import Rejection
+from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.results.results import FrameRecord, read_results
 from artrec_ros.io.sources.frames import SourceOptions

@@ -11,7 +11,8 @@ import pytest
 from studio_pictures import Pictures
 from studio_sitting import again
 
-from artrec_ros.core.model.found import Detection, FrameResult, IdentityFit, ImagePose, Instance
+from artrec_ros.core.model.found import Detection, IdentityFit, ImagePose, Instance
+from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.tools.studio_state.doubts import doubt_of, ranked, recognised
 from artrec_ros.tools.studio_state.examples import Examples
 from artrec_ros.tools.studio_state.jumps import jumps

@@ -110,6 +110,18 @@ def test_of_what_lies_beyond_the_image_nothing_is_told():
     assert odds_at(away, rendered(Lever(80.0, 60.0, 0.4, 500.0))) == 0
 
 
+class Slight(Lever):
+    deep = 0.0035
+
+
+@pytest.mark.parametrize("turn", [0.3, 0.3 + np.pi])
+def test_what_the_file_has_as_good_as_the_same_is_told_right_too_and_costs_no_certainty(turn):
+    """`artrec model` promises no direction of it: where none is told it is as sure."""
+    placing = Slight(80.0, 60.0, turn, 600.0)
+    detection = found(rendered(placing), drawn=0.002)
+    assert is_right(detection, placing) and detection.as_told == 1 and detection.other_place is None
+
+
 @pytest.mark.parametrize(("deep", "turns"), [(SHALLOW, 1), (1e-5, 0), (0.038, 0)])
 def test_turns_are_others_that_its_outline_tells_by_little(deep, turns):
     """Of what is the same after a turn nothing tells that, and nobody asks; what is quite another shape is no rival."""

@@ -16,7 +16,7 @@ from .surface_model import SpatialModel
 OFF = 0.5  # of the root of a marker's area: how far apart their middles may be
 LIKE = 0.5, 2.0  # areas of markers that may be taken for each other, one over the other
 STRETCH = 0.15  # by so much distances of such markers differ
-_SAME = 1e-3  # of sizes and places: what differs by less is the same, and nothing tells its turns apart
+SAME = 1e-3  # of sizes and places: what differs by less is the same, and nothing tells its turns apart
 
 _Points = NDArray[np.complex128]  # x + iy in the object's plane
 
@@ -99,5 +99,5 @@ def _lies_on(
     was: places, sizes, or classes that may be others."""
     ratio, like = area / of_area, np.array([bool(a & b) for a, b in zip(labels, of_labels, strict=True)])
     lies = (off < OFF * np.sqrt(np.minimum(area, of_area))) & (ratio > LIKE[0]) & (ratio < LIKE[1]) & like
-    differs = (off > _SAME * np.sqrt(area)) | (abs(ratio - 1) > _SAME) | [len(own) > 1 for own in labels]
+    differs = (off > SAME * np.sqrt(area)) | (abs(ratio - 1) > SAME) | [len(own) > 1 for own in labels]
     return bool(lies.all() and differs.any())

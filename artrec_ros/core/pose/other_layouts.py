@@ -155,7 +155,11 @@ def _asked(
         yield _Asked(finder.exchanges.of(pose), finder.exchanges.same, frame, False)
     if finder.seen_alike is None or seen is None:
         return
-    if others := finder.seen_alike.of(seen):
+    others = finder.seen_alike.of(seen)
+    if len(finder.surface.markers) == 1:  # which way round it is counts where its file says more than that it is alike
+        for rows in (np.flatnonzero(~others.same), np.flatnonzero(others.same)):
+            yield _Asked(others.of(pose)[rows], others.same[rows], look, not others.same[rows].any())
+    elif len(others):
         yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
     if finder.on_likes.any and not frame.deadline.expired:
         own = look.unhurried()  # it may be the judge's, whose time is over
@@ -187,7 +191,7 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         odds = differing_odds(finder, look, told, others)
     else:
         odds = turn_odds(finder, look, told, others)
-    if asked.lone is not None and len(finder.surface.markers) > 1:
+    if asked.lone is not None:
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
         if not asked.same.all():
             alone = np.where(asked.same, 0.0, turn_odds(finder, look, told, others, asked.lone))

@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from ..geometry.polygons import distance_to_outline
 from ..model.surface import sample_contour
-from .exchanges import OFF, STRETCH, Placements, may_be_taken_for
+from .exchanges import OFF, SAME, STRETCH, Placements, may_be_taken_for
 from .lookalikes import turns_onto_itself
 from .surface_model import SpatialModel
 
 _SAMPLES = 48  # of an outline
-_SAME = 0.01  # a lone marker that differs by less is the same after its turn: it tells nothing of that
+_AS_SAME = 0.01  # a lone marker that differs by less is taken for the same after its turn, by its file
 _MOST_TURNS = 12  # of a lone marker onto itself
 _ALIKE = 0.15  # outlines that differ by less may be taken for each other: rms, as a share of the root of their area
 
@@ -58,12 +58,12 @@ class SeenAlike:
         for turn, shift in self._ways(seen) if alone or len(seen) < len(self._at) else ():
             moved = turn * self._at + shift
             # of a marker that is all there is what tells its turns apart is its own outline, or nothing does
-            differs = self._off(turn, 0, 0) >= _SAME if alone else not any(self._is_same(moved, t) for t in laid)
+            differs = self._off(turn, 0, 0) >= SAME if alone else not any(self._is_same(moved, t) for t in laid)
             if differs:
                 found.append((turn, shift))
                 laid.append(moved)
         turns, shifts = np.array(found, complex).reshape(-1, 2).T
-        same = [len(seen) == 1 and self._off(turn, seen[0], seen[0]) < _SAME for turn in turns.tolist()]
+        same = [len(seen) == 1 and self._off(turn, seen[0], seen[0]) < _AS_SAME for turn in turns.tolist()]
         return Placements(turns, shifts, same)
 
     def _ways(self, seen: NDArray[np.int64]) -> Iterator[tuple[complex, complex]]:

@@ -11,6 +11,7 @@ from .transforms import Array, rotation_from_rotvec
 
 _GUESS_DEG = 30.0  # views of a marker are as far apart, whatever an object may lean
 _GUESS_SHARE = 0.1  # of the range, and so of what is below the camera: small blobs tell their scale to a tenth
+_ANY_DEG = 180.0  # nothing leans more
 _HELD = 0.999  # of the limit: what is turned back to it must not be rounded beyond it
 
 
@@ -43,8 +44,10 @@ class Floor:
 
     @property
     def leaning_sigma_rad(self) -> float:
-        """Deviation of how far what leans anyhow within the limit does so to one side: half the radius of a disc."""
-        return float(np.radians(self.config.max_tilt_deg) / 2)
+        """Deviation of how far what leans anyhow within the limit does so to one side: half the radius of a disc.
+        Infinite where it may lie any way round: nothing is known then."""
+        most_deg = self.config.max_tilt_deg
+        return float(np.radians(most_deg) / 2) if most_deg < _ANY_DEG else np.inf
 
     @property
     def log_depths(self) -> float:

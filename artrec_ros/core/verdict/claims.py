@@ -104,8 +104,8 @@ class Claims:
     """H candidates of one target, as `Claim`.
 
     :param poses, votes, depth_m, scale: (H,). :param scores: (H, P).
-    :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, at most
-        `MOST_KNOWN`.
+    :param known: (H,) logarithm of how many times the least scale that is possible there the greatest is, in space of
+        distances on a floor, at most `MOST_KNOWN`.
     """
 
     finder: WholeObjectFinder

@@ -25,7 +25,7 @@ class Evidence(NamedTuple):
     :param parted: share of the required marker's outline that does not lie amid its class, of several the one that it
         shows.
     :param parts: the same of the confirmed other components, the longer outlines counting more; 0 without.
-    :param known: less `Claims.known`: where few scales are possible, few false claims are.
+    :param known: less `Claims.known`: where few scales, or distances, are possible, few false claims are.
     :param even: how even its regions' raw colours are, as of `Seen`.
     :param faint: less `colour`: where codes are soft, the plainest marker gets few votes of a pixel.
     :param spare: by how many numbers the places of the confirmed components tell more than a pose and the joints

@@ -69,6 +69,13 @@ def test_nothing_is_known_of_a_floor_without_a_height() -> None:
         FloorConfig(camera_pitch_deg=100)
 
 
+def test_what_may_lie_any_way_round_is_as_likely_upright_as_upside_down() -> None:
+    floor = Floor.of(FloorConfig(camera_height_m=1.0, max_tilt_deg=180.0))
+    R = rotation_from_rpy([np.pi / 2, 0, 0]), rotation_from_rpy([-np.pi / 2, 0, 0])
+    np.testing.assert_allclose(floor.tilts_deg(np.array(R)), [0.0, 180.0], atol=1e-6)
+    assert not floor.odds_against(np.array(R), np.array([[0.0, 1.0, 2.0]] * 2)).any()
+
+
 @pytest.mark.parametrize("pitch", [20, 60, 90])
 def test_how_much_farther_the_farthest_place_is_than_the_nearest_is_known_of_all_lines_of_sight(pitch: float) -> None:
     config = FloorConfig(

@@ -171,7 +171,7 @@ def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence
             continue
         images += 1
         for detection in _best(result, targets):
-            seen[half].add(labels, frame.camera, targets[detection.object], detection, result.detections)
+            seen[half].add(number, labels, frame.camera, targets[detection.object], detection, result.detections)
             scores[half].append(detection.score)
     for problem, count in problems.items():
         if count > 1:

@@ -136,6 +136,17 @@ def test_too_few_images_measure_nothing(setup, capsys):
     assert not (setup / "seen.yaml").exists()
 
 
+def test_several_objects_in_an_image_are_one_image(setup, capsys):
+    """Glare or a shadow in it may lie on all of them."""
+    for path in sorted((setup / "images").iterdir())[6:]:
+        path.unlink()
+    for n, path in enumerate(sorted((setup / "images").iterdir())):
+        cv2.imwrite(str(path), np.hstack([image(0.02, n), image(0.02, n + 9)]))
+    with pytest.raises(SourceError, match="nothing is measured"):
+        run(setup / "images", "--params-file", setup / "params.yaml", "-o", setup / "seen.yaml")
+    assert "lever/plate: not measured; 8 images or more" in capsys.readouterr().out
+
+
 def test_of_several_objects_one_is_chosen_and_discs_have_no_shape_to_measure(setup):
     disc = "format: artrec_object/1\nname: dot\nmarkers: {dot: {disc: {radius: 0.02}, axis: [[0, 0], [0.01, 0]]}}\n"
     (setup / "dot.yaml").write_text(disc + "components: {dot: {required: true, markers: {dot: {pose: {}}}}}\n")
@@ -171,6 +182,6 @@ def test_what_another_marker_lies_on_stays_as_it_is_drawn(setup):
             Detection(name, 0, 0.9, ImagePose(*middle, -turn, SCALE), (part,))
             for name, part in (("lever", own), ("cover", other))
         )
-        seen.add(labels, None, target, found, [found, beside])
+        seen.add(n, labels, None, target, found, [found, beside])
     (traced,) = seen.traced().values()
     assert not traced.differs and traced.images == 12

@@ -78,7 +78,8 @@ class _Map:
     """What images show of a shape."""
 
     def __init__(self, marker: Marker) -> None:
-        self.marker, self.images, self.slanted = marker, 0, False
+        self.marker, self.slanted = marker, False
+        self.numbers = set[int]()  # of the images that show it
         self.seen = list[Instance]()
         size = np.sqrt(marker.area)
         self.step = size / _CELLS
@@ -88,8 +89,15 @@ class _Map:
         self.on, self.known = (np.zeros((self.height, self.width)) for _ in range(2))
         self._to_metres = np.array([[self.step, 0, low[0]], [0, -self.step, high[1]], [0, 0, 1]])
 
-    def add(self, found: Instance, on: NDArray[np.float32], shown: NDArray[np.float32], weight: float) -> None:
-        """:param on: (H, W) 1 on its classes. :param shown: (H, W) 0 where other markers lie."""
+    @property
+    def images(self) -> int:
+        return len(self.numbers)
+
+    def add(
+        self, number: int, found: Instance, on: NDArray[np.float32], shown: NDArray[np.float32], weight: float
+    ) -> None:
+        """:param number: of the image. :param on: (H, W) 1 on its classes. :param shown: (H, W) 0 where other markers
+        lie."""
         warp = _onto_image(self.marker.outline, found.contour)
         if warp is None or not found.scale * np.sqrt(self.marker.area) >= LEAST_PX:
             return
@@ -98,12 +106,12 @@ class _Map:
         known = weight * cv2.warpPerspective(shown, warp @ self._to_metres, size, flags=way)
         self.on += known * cv2.warpPerspective(on, warp @ self._to_metres, size, flags=way)
         self.known += known
-        self.images += 1
+        self.numbers.add(number)
         self.seen.append(found)
 
     def joined(self, other: _Map) -> _Map:
         both = _Map(self.marker)
-        both.on, both.known, both.images = self.on + other.on, self.known + other.known, self.images + other.images
+        both.on, both.known, both.numbers = self.on + other.on, self.known + other.known, self.numbers | other.numbers
         both.seen, both.slanted = self.seen + other.seen, self.slanted or other.slanted
         return both
 
@@ -184,13 +192,17 @@ class SeenOutlines:
 
     def add(
         self,
+        number: int,
         labels: NDArray[np.uint8],
         camera: Camera | None,
         target: Target,
         found: Detection,
         others: Iterable[Detection],
     ) -> None:
-        """An object found in an image of class numbers, counted by its probability. :param others: in the image."""
+        """An object found in an image of class numbers, counted by its probability.
+
+        :param number: of the image: several objects, or like markers, in one are one image. :param others: in it.
+        """
         around = [i.contour for d in others if d is not found for i in d.components]
         surfaces = _surfaces(target, found) if camera is not None else []
         for own in found.components:
@@ -203,7 +215,7 @@ class SeenOutlines:
             if camera is not None and surfaces:
                 hidden += [project(camera, s.corners) for s in _before((own.component, own.marker), surfaces)]
             on = np.isin(labels, component.labels(target.label)).astype(np.float32)
-            seen.add(own, on, _shown(labels.shape, hidden), found.score)
+            seen.add(number, own, on, _shown(labels.shape, hidden), found.score)
 
     @property
     def misfit(self) -> float:

@@ -38,7 +38,7 @@ class FacingKnown:
         """
         known, mine = self._found(frame, recall.expected(self._finder)), [b for b in blobs if b.label in self._labels]
         turns = recall.turns(self._finder.target.name, mine)
-        free = unexplained(self._left(frame, known), mine, self._search.explained)
+        free = unexplained(self._left(frame, known, recall), mine, self._search.explained)
         waiting = {id(b) for b, open_ in zip(mine, free.tolist(), strict=True) if not open_ and turns.waits(b)}
         found = search([b for b in blobs if id(b) not in waiting])
         for blob in mine if not frame.deadline.expired else ():
@@ -63,11 +63,12 @@ class FacingKnown:
         found += rested + self._sizes.larger(frame, rested, finder.last_climb)
         return found.best(len(found), self._search)
 
-    def _left(self, frame: ImageFrame, known: Ranked) -> ImageFrame:
-        """A frame without the pixels of known objects that are sure, and lack nothing: what lacks a part may be another
-        one, which has it."""
+    def _left(self, frame: ImageFrame, known: Ranked, recall: Recall) -> ImageFrame:
+        """A frame without the pixels of known objects that are sure, have about as many votes as before, and lack
+        nothing: what lacks a part may be another one, which has it, and what changed so much lie otherwise."""
         verdicts = self._judge.verdicts(self._finder, known.poses, frame)
-        return left_by(frame, [v.claim for v in (verdicts[n] for n in range(len(known))) if self._is_sure(v)])
+        claims = [v.claim for v in (verdicts[n] for n in range(len(known))) if self._is_sure(v)]
+        return left_by(frame, [c for c in claims if recall.keeps(self._finder, c.poses, c.votes)])
 
     def _is_sure(self, verdict: Verdict) -> bool:
         trust, complete = self._judge.trust(verdict), -verdict.evidence.missing <= self._lacking

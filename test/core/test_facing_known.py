@@ -140,6 +140,15 @@ def test_what_was_put_elsewhere_or_changed_is_found_as_it_is():
         assert assert_at(result, at).identity.name == at.name
 
 
+def test_what_is_suddenly_of_another_size_is_not_taken_for_what_it_was():
+    """A climb from the old one may end at a size in which it is sure for all that, and nothing else was sought."""
+    scales = np.exp(np.random.default_rng(4).uniform(np.log(250), np.log(800), 40))
+    results, _ = play([rendered(Placing(75.0, 60.0, 0.3, scale, "gr"), fine=4) for scale in scales])
+    for scale, result in zip(scales, results, strict=True):
+        (d,) = result.detections
+        assert d.image.scale == pytest.approx(scale, rel=0.08)
+
+
 def test_what_known_objects_explain_is_searched_anew_in_its_turn_alone(searched):
     short = recognizer(robot(), refresh_s=0.3)
     searched.clear()  # of getting ready

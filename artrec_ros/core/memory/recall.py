@@ -82,6 +82,11 @@ class Recall:
         known = self._nearest(finder, poses, self.known(finder.target.name))
         return known is not None and known not in self._challenged
 
+    def keeps(self, finder: WholeObjectFinder, poses: Poses, votes: float) -> bool:
+        """Whether the known object that is expected next to where one is had about as many votes."""
+        known = self._nearest(finder, poses, self.known(finder.target.name))
+        return known is not None and self.config.kept * max(votes, known.votes) <= min(votes, known.votes)
+
     def was_there(self, known: Known) -> bool:
         """Whether it was seen in the frame before, and not only earlier."""
         return self._memory is not None and known.seen_s == self._memory.clock_s

@@ -86,10 +86,11 @@ class RecallConfig(Room):
     )
     kept: float = param(
         0.9,
-        "share of its votes that a known object must keep, without which it is looked for anew",
+        "share of its votes that a known object must keep, without which it is looked for anew; what faces the camera "
+        "likewise where it has so many more",
         low=0,
         high=1,
-        paths=_SPACE,
+        paths=_WHOLE,
         origin="what it loses from frame to frame while it is followed well is below that",
     )
     strayed: float = param(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import dataclasses
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -40,6 +40,7 @@ _TOLD = 0.5  # from this probability on an object counts as told in the comparis
 _BETTER = 0.95  # of what differs from outlines that are drawn: what is less may be chance
 _LESS = 0.75  # of the probabilities with outlines that are drawn: with less those that are measured lead astray
 _BOTH = 0, 1
+_PATIENCE_MS = 60000.0  # for an image: outlines are not to depend on what else the machine does
 _CELL_PX, _CAPTION_PX, _COLUMNS = 360, 40, 4
 _DRAWN, _SEEN, _INK = (200, 120, 0), (0, 0, 220), (40, 40, 40)  # BGR
 _PART = 64  # frames that are read at a time
@@ -67,6 +68,9 @@ def add_parser(subparsers: Any) -> None:
 def run(args: argparse.Namespace) -> int:
     """Measures, compares, writes."""
     setup = load_parameters(*args.params_file)
+    # whatever a live camera's images may take
+    unhurried = dataclasses.replace(setup.recognizer, time_budget_ms=max(_PATIENCE_MS, setup.recognizer.time_budget_ms))
+    setup = dataclasses.replace(setup, recognizer=unhurried)
     file, names = _object_of(setup, args.object)
     inputs = [*args.sources, *args.params_file, file]
     check_output(args.output, inputs, OF_OBJECT, overwrite=args.overwrite)
@@ -90,7 +94,7 @@ def run(args: argparse.Namespace) -> int:
         helps = any(t.differs for t in traced.values()) and any(t.differs for t in by_others.values())
         if helps:
             tried = _with(setup, names, with_outlines(model, by_others.values()))
-            helps = _is_better(drawn, _look(tried, sources, names, judging), judging)
+            helps = _is_better(drawn, _look(tried, sources, names, judging, tell=lambda _: None), judging)
     _write(args, file, with_outlines(model, traced.values()) if helps else model, helps)
     if helps and any(setup.objects[name].constraint_file for name in names):
         print("Learned constraints go by outlines: artrec train anew.")
@@ -150,7 +154,9 @@ class _Look(NamedTuple):
         return self.seen[halves[0]] if len(halves) == 1 else self.seen[0].joined(self.seen[1])
 
 
-def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence[int]) -> _Look:
+def _look(
+    setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence[int], tell: Callable[[str], None] = say
+) -> _Look:
     """Recognises the images, each by itself."""
     targets = {t.name: t for t in setup.targets if t.name in names}
     model = next(iter(targets.values())).model
@@ -167,15 +173,15 @@ def _look(setup: Setup, sources: Sources, names: Sequence[str], halves: Sequence
         except ImageError as error:
             problems[str(error)] += 1
             if problems[str(error)] == 1:
-                say(f"{frame.name}: passed over: {error}")
+                tell(f"{frame.name}: passed over: {error}")
             continue
         images += 1
         for detection in _best(result, targets):
             seen[half].add(number, labels, frame.camera, targets[detection.object], detection, result.detections)
-            scores[half].append(detection.score)
+            scores[half].append(detection.there)
     for problem, count in problems.items():
         if count > 1:
-            say(f"{count} images in all are passed over: {problem}")
+            tell(f"{count} images in all are passed over: {problem}")
     return _Look(seen, scores, images)
 
 

@@ -15,6 +15,7 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
+from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..verdict.verdicts import Verdict
 from .looks import NO_LOOKS, Looks
 from .memory import Known, Memory, numbers_of
@@ -143,7 +144,8 @@ class Recall:
         """(2, 3) where an object is expected; of what faces the camera, whose depth stands for its scale, as far off as
         another one is."""
         places = known.places(self.clock_s)
-        return places * (poses.t[0, 2] / places[:, 2:]) if finder.facing else places
+        # led on fast towards the camera it may be expected behind it, where nothing lies
+        return places * (poses.t[0, 2] / np.maximum(places[:, 2:], LEAST_DEPTH_M)) if finder.facing else places
 
     def left(self, size: tuple[int, int], camera: Camera | None) -> Memory:
         """For the next frame. :param size: (width, height) of this one's image. :param camera: that took it."""

@@ -14,6 +14,7 @@ from itertools import permutations
 import numpy as np
 from numpy.typing import NDArray
 
+from ..base.config import DesignConfig
 from ..geometry.polygons import distance_to_outline
 from ..model.surface import sample_contour
 from .exchanges import OFF, SAME, STRETCH, Placements, may_be_taken_for
@@ -21,7 +22,7 @@ from .lookalikes import turns_onto_itself
 from .surface_model import SpatialModel
 
 _SAMPLES = 48  # of an outline
-_AS_SAME = 0.01  # a lone marker that differs by less is taken for the same after its turn, by its file
+_SAME_SHARE = DesignConfig().same_share  # of its radius: a lone marker that differs by less is the same by its file
 _MOST_TURNS = 12  # of a lone marker onto itself
 _ALIKE = 0.15  # outlines that differ by less may be taken for each other: rms, as a share of the root of their area
 
@@ -63,7 +64,7 @@ class SeenAlike:
                 found.append((turn, shift))
                 laid.append(moved)
         turns, shifts = np.array(found, complex).reshape(-1, 2).T
-        same = [len(seen) == 1 and self._off(turn, seen[0], seen[0]) < _AS_SAME for turn in turns.tolist()]
+        same = [len(seen) == 1 and self._is_the_same(turn, seen[0]) for turn in turns.tolist()]
         return Placements(turns, shifts, same)
 
     def _ways(self, seen: NDArray[np.int64]) -> Iterator[tuple[complex, complex]]:
@@ -107,6 +108,12 @@ class SeenAlike:
         points = turn * _plane(sample_contour(_pairs(self._outlines[mine]), _SAMPLES)[0])
         off = distance_to_outline(_pairs(points), _pairs(self._outlines[there]))
         return float(np.sqrt(np.mean(off**2) / self._area[there]))
+
+    def _is_the_same(self, turn: complex, lone: int) -> bool:
+        """Whether nobody promises that a marker's direction is told from this turn of it, as `artrec model` says."""
+        off_m = self._off(turn, lone, lone) * np.sqrt(self._area[lone])
+        radius_m = np.sqrt(np.mean(abs(_plane(sample_contour(_pairs(self._outlines[lone]), _SAMPLES)[0])) ** 2))
+        return bool(off_m < _SAME_SHARE * radius_m)
 
     def _is_same(self, moved: _Points, there: _Points) -> bool:
         """Whether all markers lie on like ones of another placement, be they seen or not: what tells these two turns is

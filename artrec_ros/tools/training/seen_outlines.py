@@ -215,7 +215,7 @@ class SeenOutlines:
             if camera is not None and surfaces:
                 hidden += [project(camera, s.corners) for s in _before((own.component, own.marker), surfaces)]
             on = np.isin(labels, component.labels(target.label)).astype(np.float32)
-            seen.add(number, own, on, _shown(labels.shape, hidden), found.score)
+            seen.add(number, own, on, _shown(labels.shape, hidden), found.there)
 
     @property
     def misfit(self) -> float:

@@ -57,7 +57,7 @@ def told(folder: Path, files: list[str], **values: Any) -> list[str]:
         (
             ["plate"],
             {
-                "recognizer__refresh_s": 2.0,
+                "expert__recall__strayed": 0.4,
                 "scene__plane__image_points": [0.0, 0.0, 99.0, 0.0, 99.0, 99.0, 0.0, 99.0],
                 "scene__plane__field_points": [0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0],
             },

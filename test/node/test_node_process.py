@@ -23,12 +23,12 @@ import sys, time
 from pathlib import Path
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.node.main import main
-recognize = Recognizer.recognize
+follow = Recognizer.follow
 def slowly(*arguments):
     while Path({hold!r}).exists():
         time.sleep(0.05)
-    return recognize(*arguments)
-Recognizer.recognize = slowly
+    return follow(*arguments)
+Recognizer.follow = slowly
 sys.exit(main())
 """
 

@@ -30,7 +30,7 @@ def test_a_frame_that_outlives_deactivation_is_not_published_and_shares_nothing(
     node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(worker, "_PATIENCE_S", 0.01)
-    recognition = gate(monkeypatch, Recognizer, "recognize")
+    recognition = gate(monkeypatch, Recognizer, "follow")
     first = start(node, picture)
     assert recognition.begun.wait(WAIT_S)
     waiting = start(node, picture)  # as the worker of an activation that is over as well

@@ -9,12 +9,10 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.base.errors import ConfigError, ImageError, SourceError
-from ..core.image.segmentation import Segmenter
 from ..core.model.found import Detection
 from ..core.model.frame_result import FrameResult
 from ..core.model.objects import ObjectModel
@@ -29,6 +27,7 @@ from .getting_ready import get_setup_ready
 from .options.outputs import OF_OBJECT, check_drawing, check_output
 from .options.paths import path
 from .options.work_options import add_source_options, source_options
+from .training.outlines_picture import outlines_picture
 from .training.seen_outlines import LEAST_IMAGES, LEAST_PX, SeenOutlines, Traced, with_outlines
 
 _EPILOG = """\
@@ -41,8 +40,6 @@ _BETTER = 0.95  # of what differs from outlines that are drawn: what is less may
 _LESS = 0.75  # of the probabilities with outlines that are drawn: with less those that are measured lead astray
 _BOTH = 0, 1
 _PATIENCE_MS = 60000.0  # for an image: outlines are not to depend on what else the machine does
-_CELL_PX, _CAPTION_PX, _COLUMNS = 360, 40, 4
-_DRAWN, _SEEN, _INK = (200, 120, 0), (0, 0, 220), (40, 40, 40)  # BGR
 _PART = 64  # frames that are read at a time
 
 
@@ -67,10 +64,7 @@ def add_parser(subparsers: Any) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Measures, compares, writes."""
-    setup = load_parameters(*args.params_file)
-    # whatever a live camera's images may take
-    unhurried = dataclasses.replace(setup.recognizer, time_budget_ms=max(_PATIENCE_MS, setup.recognizer.time_budget_ms))
-    setup = dataclasses.replace(setup, recognizer=unhurried)
+    setup = _unhurried(load_parameters(*args.params_file))
     file, names = _object_of(setup, args.object)
     inputs = [*args.sources, *args.params_file, file]
     check_output(args.output, inputs, OF_OBJECT, overwrite=args.overwrite)
@@ -84,24 +78,37 @@ def run(args: argparse.Namespace) -> int:
         drawn = _look(setup, sources, names, _BOTH)
         if not drawn.images:
             raise SourceError(f"{', '.join(map(str, args.sources))}: holds no image that can be used")
-        traced = drawn.seen[0].joined(drawn.seen[1]).traced()
+        traced = drawn.of(_BOTH).traced()
         for line in _lines(model, traced):
             print(line)
         if not traced:
             raise SourceError(f"{file}: nothing is measured, and nothing is written")
-        judging = (1,) if drawn.seen[0].images >= LEAST_IMAGES else _BOTH
-        by_others = drawn.seen[0].traced() if judging == (1,) else traced
-        helps = any(t.differs for t in traced.values()) and any(t.differs for t in by_others.values())
-        if helps:
-            tried = _with(setup, names, with_outlines(model, by_others.values()))
-            helps = _is_better(drawn, _look(tried, sources, names, judging, tell=lambda _: None), judging)
+        helps = _helps(setup, sources, names, drawn)
     _write(args, file, with_outlines(model, traced.values()) if helps else model, helps)
     if helps and any(setup.objects[name].constraint_file for name in names):
         print("Learned constraints go by outlines: artrec train anew.")
     if args.picture:
-        save_drawing(args.picture, _picture(list(traced.values())))
+        save_drawing(args.picture, outlines_picture(list(traced.values())))
         print(f"Drew {args.picture}: blue as drawn, red as measured.")
     return 0
+
+
+def _unhurried(setup: Setup) -> Setup:
+    """The same with all the time that images take, whatever a live camera leaves."""
+    budget_ms = max(_PATIENCE_MS, setup.recognizer.time_budget_ms)
+    return dataclasses.replace(setup, recognizer=dataclasses.replace(setup.recognizer, time_budget_ms=budget_ms))
+
+
+def _helps(setup: Setup, sources: Sources, names: Sequence[str], drawn: _Look) -> bool:
+    """Whether outlines that half of the images measure, or where that is too few all of them, do better in the rest."""
+    judging = (1,) if drawn.seen[0].images >= LEAST_IMAGES else _BOTH
+    every = drawn.of(_BOTH).traced().values()
+    by_others = drawn.seen[0].traced().values() if judging == (1,) else every
+    if not all(any(t.differs for t in traced) for traced in (every, by_others)):
+        return False
+    model = next(t.model for t in setup.targets if t.name == names[0])
+    tried = _with(setup, names, with_outlines(model, by_others))
+    return _is_better(drawn, _look(tried, sources, names, judging, tell=lambda _: None), judging)
 
 
 def _write(args: argparse.Namespace, file: Path, model: ObjectModel, helps: bool) -> None:
@@ -161,7 +168,7 @@ def _look(
     targets = {t.name: t for t in setup.targets if t.name in names}
     model = next(iter(targets.values())).model
     seen, scores = (SeenOutlines(model), SeenOutlines(model)), (list[float](), list[float]())
-    recognizer, segmenter, images, problems = setup.build(), Segmenter(setup.image), 0, Counter[str]()
+    recognizer, images, problems = setup.build(), 0, Counter[str]()
     for number, frame in enumerate(_frames(sources)):
         half = number % 2
         if half not in halves:
@@ -169,15 +176,16 @@ def _look(
         try:
             if frame.image is None:
                 raise ImageError(frame.error or "no image")
-            result, labels = recognizer.recognize(frame.image, frame.camera), segmenter.labels(frame.image)
+            result = recognizer.recognize(frame.image, frame.camera)
         except ImageError as error:
             problems[str(error)] += 1
             if problems[str(error)] == 1:
                 tell(f"{frame.name}: passed over: {error}")
             continue
         images += 1
+        assert result.labels is not None  # of a frame that was recognised
         for detection in _best(result, targets):
-            seen[half].add(number, labels, frame.camera, targets[detection.object], detection, result.detections)
+            seen[half].add(number, result.labels, frame.camera, targets[detection.object], detection, result.detections)
             scores[half].append(detection.there)
     for problem, count in problems.items():
         if count > 1:
@@ -223,25 +231,3 @@ def _lines(model: ObjectModel, traced: dict[bytes, Traced]) -> Iterator[str]:
 
 def _place(at: NDArray[np.float64]) -> str:
     return "x {:.0f}, y {:.0f} mm".format(*(1e3 * at))
-
-
-def _picture(traced: Sequence[Traced]) -> NDArray[np.uint8]:
-    """(H, W, 3) BGR what was seen of each shape."""
-    cells = [_cell(t) for t in traced] or [np.full((_CELL_PX, _CELL_PX, 3), 255, np.uint8)]
-    wide = min(len(cells), _COLUMNS)
-    cells += [np.full_like(cells[0], 255)] * (-len(cells) % wide)
-    return np.vstack([np.hstack(cells[i : i + wide]) for i in range(0, len(cells), wide)])
-
-
-def _cell(t: Traced) -> NDArray[np.uint8]:
-    height, width = t.level.shape
-    zoom = (_CELL_PX - _CAPTION_PX) / max(height, width)
-    grey = cv2.cvtColor(cv2.resize(255 - t.level // 3, None, fx=zoom, fy=zoom), cv2.COLOR_GRAY2BGR)
-    for outline, colour in ((t.drawn.outline, _DRAWN), (t.outline, _SEEN)):
-        at = ((outline - t.corner) * (1, -1) * t.zoom + 0.5) * zoom - 0.5
-        cv2.polylines(grey, [(at * 16).round().astype(np.int32)], True, colour, 1, cv2.LINE_AA, 4)
-    cell = np.full((_CELL_PX, _CELL_PX, 3), 255, np.uint8)
-    cell[_CAPTION_PX : _CAPTION_PX + grey.shape[0], : grey.shape[1]] = grey
-    note = f"{t.drawn.name}: {1e3 * t.off_m:.1f} mm off, {t.images} images"
-    cv2.putText(cell, note, (8, _CAPTION_PX - 14), cv2.FONT_HERSHEY_SIMPLEX, 0.45, _INK, 1, cv2.LINE_AA)
-    return cell

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -27,7 +26,7 @@ class FacingKnown:
     def __init__(self, finder: WholeObjectFinder, sizes: FacingSizes, config: RecognizerConfig) -> None:
         self._finder, self._sizes, self._search = finder, sizes, config.search
         self._labels = finder.root_labels
-        self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
+        self._judge = Judge.of(config)
 
     def beside(
         self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall, search: Callable[[Sequence[Blob]], Ranked]
@@ -71,8 +70,8 @@ class FacingKnown:
         return left_by(frame, [c for c in claims if recall.keeps(self._finder, c.poses, c.votes)])
 
     def _is_sure(self, verdict: Verdict) -> bool:
-        trust, complete = self._judge.trust(verdict), -verdict.evidence.missing <= self._lacking
-        return trust > self._search.sure and complete and self._judge.tells(verdict)
+        judge = self._judge
+        return judge.trust(verdict) > self._search.sure and judge.is_complete(verdict) and judge.tells(verdict)
 
     def _better(self, known: Ranked, found: Ranked) -> Ranked:
         """Those of known objects that a search did not come to, or to what has fewer votes: others would be judged for

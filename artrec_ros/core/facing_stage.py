@@ -3,7 +3,6 @@ plane on which they lie where that is known."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
@@ -45,7 +44,7 @@ class FacingStage:
         self._config = config
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
-        self._judge, self._lacking = Judge.of(config), math.log1p(config.guesses.small_px)
+        self._judge = Judge.of(config)
         self._left_over = LeftOverLooks([s.finder for s in self._searches])
         self._placer = PlanePlacer(targets, config)
         self._from_above = FromAbove(
@@ -159,7 +158,7 @@ class FacingStage:
         if not large and not roomy:
             return []
         # what lacks a part may be another one, which has it: its pixels stay
-        complete = [v.claim for v in accepted if -v.evidence.missing <= self._lacking]
+        complete = [v.claim for v in accepted if self._judge.is_complete(v)]
         whole = left_by(frame, complete) if large else frame
         free = [(s, own) for s, mine in large if (own := s.unexplained(whole, mine)) or unseen]
         looks: list[_Task] = [(s, s.several(own, limits), s.limbs(whole, blobs)) for s, own in free]

@@ -23,7 +23,15 @@ from .interrupting import interruptible
 from .main import INTERRUPTED
 from .options.outputs import OF_RECORDING, check_not_read, check_output
 from .options.paths import path
-from .options.work_options import add_source_options, add_worker_options, engine_of, number, order_of, source_options
+from .options.work_options import (
+    add_source_options,
+    add_sources,
+    add_worker_options,
+    engine_of,
+    number,
+    order_of,
+    source_options,
+)
 from .replaying.folder import ReplayFolder, counted, places
 from .replaying.joining import Join
 from .replaying.pictures import PictureOptions, Pictures
@@ -47,9 +55,7 @@ def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
         "replay", help="recognise objects in bags, folders of images or videos", description=__doc__, epilog=_EPILOG
     )
-    p.add_argument(
-        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
-    )
+    add_sources(p)
     p.add_argument(
         "--params-file", required=True, type=path, action="append",
         help="the node's ROS parameter file; may be given again: later ones go before",

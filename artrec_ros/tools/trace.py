@@ -26,9 +26,10 @@ from ..io.sources.opening import Sources, open_sources
 from .getting_ready import get_setup_ready
 from .options.outputs import OF_OBJECT, check_drawing, check_output
 from .options.paths import path
-from .options.work_options import add_source_options, source_options
+from .options.work_options import add_source_options, add_sources, source_options
+from .training.outline_map import LEAST_IMAGES, LEAST_PX, Traced
 from .training.outlines_picture import outlines_picture
-from .training.seen_outlines import LEAST_IMAGES, LEAST_PX, SeenOutlines, Traced, with_outlines
+from .training.seen_outlines import SeenOutlines, with_outlines
 
 _EPILOG = """\
 Where a marker's outline was drawn by eye, its object is told with too low a probability, or turned by half where it is
@@ -45,9 +46,7 @@ _PART = 64  # frames that are read at a time
 
 def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser("trace", help="measure markers' outlines", description=__doc__, epilog=_EPILOG)
-    p.add_argument(
-        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
-    )
+    add_sources(p)
     p.add_argument(
         "--params-file", required=True, type=path, action="append",
         help="the node's ROS parameter file, which names the object file; may be given again: later ones go before",

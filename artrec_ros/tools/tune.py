@@ -25,6 +25,7 @@ from .options.paths import path
 from .options.seed import seed
 from .options.work_options import (
     add_source_options,
+    add_sources,
     add_worker_options,
     engine_of,
     number,
@@ -58,9 +59,7 @@ def add_parser(subparsers: Any) -> None:
     p = subparsers.add_parser(
         "tune", help="search parameters on frames with truth", description=__doc__, epilog=_EPILOG
     )
-    p.add_argument(
-        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
-    )
+    add_sources(p)
     p.add_argument(
         "--params-file", required=True, type=path, action="append",
         help="where to begin: the node's ROS parameter file; may be given again: later ones go before",

@@ -12,6 +12,7 @@ from scipy.optimize import least_squares
 
 from ..geometry.polygons import distance_to_outline, signed_area
 from ..geometry.transforms import Array
+from ..model.surface import sample_contour
 
 _BACK = 0.4  # of what may be noise: within it what is seen has come back to what is drawn
 _MOST = 0.5  # of an outline: where more of it differs nothing of what is drawn is kept
@@ -20,20 +21,16 @@ _SAMPLES, _PLACES = 400, 2000  # along an outline, and where on it something may
 
 def along(outline: Array) -> Array:
     """(m, 2) points on a closed polygon, evenly."""
-    return _at(outline, np.linspace(0, 1, _SAMPLES, endpoint=False))
+    return sample_contour(outline, _SAMPLES)[0]
 
 
-def _at(outline: Array, along: Array) -> Array:
-    """(m, 2) points of a closed polygon at shares of its length."""
-    closed = np.vstack([outline, outline[:1]])
-    ends = _ends(outline)
-    return np.column_stack([np.interp(along % 1, ends, closed[:, k]) for k in (0, 1)])
-
-
-def _ends(outline: Array) -> Array:
-    """(n + 1,) at which share of its length each corner of a closed polygon lies, and its end."""
-    length = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
-    return np.concatenate([[0.0], np.cumsum(length)]) / length.sum()
+def farthest_apart(a: Array, b: Array) -> tuple[float, Array]:
+    """How far two closed polygons are apart where they are most, and the point (2,) of either that is so far off."""
+    on_a, on_b = along(a), along(b)
+    points = np.concatenate([on_a, on_b])
+    off = np.concatenate([distance_to_outline(on_a, b), distance_to_outline(on_b, a)])
+    worst = int(np.argmax(off))
+    return float(off[worst]), points[worst]
 
 
 def laid_on(seen: Array, drawn: Array, near_m: float, slanted: bool) -> Array:
@@ -71,19 +68,24 @@ def mended_by(drawn: Array, seen: Array, least_m: float, as_drawn: Array | None 
     runs = _runs(off > least_m, off > _BACK * least_m)
     if not runs:
         return drawn
-    grid = np.linspace(0, 1, _PLACES, endpoint=False)
-    places = _at(drawn, grid)
+    grid, places = (np.arange(_PLACES) + 0.5) / _PLACES, sample_contour(drawn, _PLACES)[0]
     ends = ((grid[_nearest(points[run[0]], places)], grid[_nearest(points[run[-1]], places)], run) for run in runs)
     spans = sorted(((float(begin), float(end), run) for begin, end, run in ends), key=lambda span: span[0])
     if sum((end - begin) % 1 for begin, end, _ in spans) > _MOST:
         return seen  # most of it is otherwise
-    corners, points_of = _ends(drawn)[:-1], list[Array]()
+    corners, points_of = _corners(drawn), list[Array]()
     for (_, kept_from, run), (kept_to, _, _) in zip(spans, [*spans[1:], spans[0]], strict=True):
         points_of += [*points[run]]
         ahead = (corners - kept_from) % 1
         kept = np.flatnonzero((ahead > 0) & (ahead < (kept_to - kept_from) % 1))
         points_of += [*drawn[kept[np.argsort(ahead[kept])]]]
     return np.array(points_of)
+
+
+def _corners(outline: Array) -> Array:
+    """(n,) at which share of its length each corner of a closed polygon lies."""
+    length = np.linalg.norm(np.roll(outline, -1, axis=0) - outline, axis=1)
+    return (np.cumsum(length) - length) / length.sum()
 
 
 def _runs(wrong: NDArray[np.bool_], near: NDArray[np.bool_]) -> list[NDArray[np.int64]]:

@@ -156,11 +156,12 @@ def _asked(
     if finder.seen_alike is None or seen is None:
         return
     others = finder.seen_alike.of(seen)
+    laid = others.of(pose)
     if len(finder.surface.markers) == 1:  # which way round it is counts where its file says more than that it is alike
         for rows in (np.flatnonzero(~others.same), np.flatnonzero(others.same)):
-            yield _Asked(others.of(pose)[rows], others.same[rows], look, not others.same[rows].any())
+            yield _Asked(laid[rows], others.same[rows], look, not others.same[rows].any())
     elif len(others):
-        yield _Asked(others.of(pose), others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
+        yield _Asked(laid, others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
     if finder.on_likes.any and not frame.deadline.expired:
         own = look.unhurried()  # it may be the judge's, whose time is over
         on_likes, whole = finder.on_likes.of(own, pose, seen), len(seen) == len(finder.target.model.components)

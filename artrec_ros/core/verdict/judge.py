@@ -35,6 +35,7 @@ class Judge:
     :param least_known: the same of one that is known from frames before.
     :param unseen: whether an object whose required component cannot be seen is told. Its pixels it owns in any case:
         they are no other's.
+    :param little: `Evidence.missing` of what lacks no more than a small blob.
     :param asked: what `trust_and_place` was asked before, of one frame; None: it does not note it.
     """
 
@@ -44,6 +45,7 @@ class Judge:
     reach: Reach = Reach()
     unseen: bool = False
     least_known: float = 0.0
+    little: float = 0.0
     asked: dict[tuple[int, int, bytes], tuple[LabelField, tuple[float, bool]]] | None = None
 
     @classmethod
@@ -55,12 +57,17 @@ class Judge:
             Reach.of(config),
             config.required == "visible",
             min(config.verdict.least_known, config.min_probability),
+            math.log1p(config.guesses.small_px),
         )
 
     @property
     def lenient(self) -> Judge:
         """The same of candidates for what is known from frames before."""
         return replace(self, min_probability=self.least_known, asked=None)
+
+    def is_complete(self, verdict: Verdict) -> bool:
+        """Whether an object lacks nothing to speak of: what does may be another one, which has it."""
+        return -verdict.evidence.missing <= self.little
 
     def verdicts(
         self, finder: WholeObjectFinder, poses: Poses, frame: ImageFrame, seen: Seen | None = None

@@ -26,6 +26,13 @@ _MOST_SECONDS, _RATES_HZ = 1e9, (1e-3, 1e6)  # what stamps in nanoseconds can ho
 _MOST_PER_CORE = 16  # workers
 
 
+def add_sources(p: argparse.ArgumentParser) -> None:
+    """What is worked through."""
+    p.add_argument(
+        "sources", metavar="SOURCE", nargs="+", type=path, help="bag (rosbag2, ROS 1), folder of images or video"
+    )
+
+
 def add_source_options(p: argparse.ArgumentParser) -> None:
     """Which images of a source are read, and how."""
     p.add_argument("--topic", help="image topic (else the only one, or the only one that fits image.kind)")

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from .seen_outlines import Traced
+from .outline_map import Traced
 
 _CELL_PX, _CAPTION_PX, _COLUMNS = 360, 40, 4
 _DRAWN, _SEEN, _INK = (200, 120, 0), (0, 0, 220), (40, 40, 40)  # BGR

@@ -209,16 +209,16 @@ def _face() -> None:
 
 
 PIECES = {
-    "align": Piece(PLANE, 17, _align),
-    "group": Piece(PLANE, 18, _group),
-    "fit": Piece(SPACE, 22, _fit),
-    "climb": Piece(SPACE, 15, _climb),
-    "bend": Piece(SPACE, 17, _bend),
-    "go through": Piece(SPACE, 7, _go_through),
-    "guess": Piece(SPACE, 5, _guess),
-    "look": Piece(SPACE, 3, _look),
-    "show": Piece(SPACE, 5, _show),
-    "judge": Piece(SPACE, 8, _judge),
+    "align": Piece(PLANE, 15, _align),
+    "group": Piece(PLANE, 13, _group),
+    "fit": Piece(SPACE, 38, _fit),
+    "climb": Piece(SPACE, 17, _climb),
+    "bend": Piece(SPACE, 14, _bend),
+    "go through": Piece(SPACE, 3, _go_through),
+    "guess": Piece(SPACE, 3, _guess),
+    "look": Piece(SPACE, 1, _look),
+    "show": Piece(SPACE, 3, _show),
+    "judge": Piece(SPACE, 16, _judge),
 }
 # last, with all that the pieces do not call themselves
 WHOLE = {

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 from .refinement_kernels import agrees, look_up
 
 
-@inlined
+@melted
 def _note_seen(x: Any, y: Any, width: int, height: int, blank: Any, seen: Any) -> int:
     """Fill which points are in view; how many."""
     # The last row of pixels tells nothing of an edge there: a blob cut by the border ends on it too.
@@ -24,7 +24,7 @@ def _note_seen(x: Any, y: Any, width: int, height: int, blank: Any, seen: Any) -
     return seen.sum()
 
 
-@inlined
+@melted
 def _match(index: Any, off: Any, nx: Any, ny: Any, seen: Any, tolerance: float, agreement: float, matched: Any) -> Any:
     """Fill the contour point that each point matches; (hits, worth) of those in view."""
     hits, worth, tolerance2 = 0, 0.0, tolerance * tolerance

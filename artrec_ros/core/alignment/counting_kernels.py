@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Field(NamedTuple):
@@ -47,13 +47,13 @@ class Limits(NamedTuple):
     same_start: float
 
 
-@inlined
+@melted
 def tolerance_steps(area: float, share: float, least_px: float, most_px: float, steps_per_px: float) -> int:
     """A `Tolerance` for a shape of so many px^2, in steps of the quantised distance."""
     return int(min(max(share * np.sqrt(area), least_px), most_px) * steps_per_px)
 
 
-@inlined
+@melted
 def count_near(
     distance: Any, width: int, top: int, height: int, tx: float, ty: float, zx: float, zy: float, px: Any, py: Any,
     limit: int,

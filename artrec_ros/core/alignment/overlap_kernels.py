@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Rasters(NamedTuple):
@@ -23,7 +23,7 @@ class Rasters(NamedTuple):
     first: np.ndarray
 
 
-@inlined
+@melted
 def _share_inside(rasters: Any, s: int, s_in: int, t: complex, z: complex, w: complex, z_in: complex,
                   w_in: complex) -> float:  # fmt: skip
     """Share of shape s, placed by (t, z, w), that lies in shape s_in, placed by (0, z_in, w_in)."""

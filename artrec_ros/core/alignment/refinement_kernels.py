@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Contours(NamedTuple):
@@ -27,7 +27,7 @@ class Contours(NamedTuple):
     height: int
 
 
-@inlined
+@melted
 def nearest_at(nearest: Any, width: int, top: int, height: int, x: float, y: float) -> int:
     """Contour point nearest to (x, y) of a slot. :param nearest: flat. :param top: the slot's first row."""
     column = np.rint(min(max(x, 0.0), width - 1.0))
@@ -35,14 +35,14 @@ def nearest_at(nearest: Any, width: int, top: int, height: int, x: float, y: flo
     return nearest[np.uint32((top + row) * width + column)]
 
 
-@inlined
+@melted
 def agrees(tx: float, ty: float, nx: float, ny: float, least: float) -> bool:
     """Whether the cosine between a direction t and a unit normal n (or zero) is `least` > 0 or more."""
     along = tx * nx + ty * ny
     return (along > 0) & (along * along >= least * least * max(tx * tx + ty * ty, 1e-24))
 
 
-@inlined
+@melted
 def look_up(
     nearest: Any, width: int, top: int, height: int, edge: Any, x: Any, y: Any, index: Any, off: Any
 ) -> None:  # fmt: skip
@@ -58,7 +58,7 @@ def look_up(
         off_x[i], off_y[i], nx[i], ny[i] = x[i] - edge[at, 0], y[i] - edge[at, 1], edge[at, 2], edge[at, 3]
 
 
-@inlined
+@melted
 def _place(px: Any, py: Any, tx: float, ty: float, zx: float, zy: float, x: Any, y: Any) -> None:
     for i in range(len(px)):
         x[i], y[i] = tx + zx * px[i] - zy * py[i], ty + zy * px[i] + zx * py[i]
@@ -85,7 +85,7 @@ def _solve(A: Any, b: Any, n: int) -> None:
         b[i] /= A[i, i]
 
 
-@inlined
+@melted
 def _weight(off_x: float, off_y: float, nx: float, ny: float, gate: float) -> float:
     """Tukey's weight of a point that lies `off` from its nearest contour point; 0 beyond twice the gate."""
     far = (nx * off_x + ny * off_y) / gate
@@ -93,7 +93,7 @@ def _weight(off_x: float, off_y: float, nx: float, ny: float, gate: float) -> fl
     return max(1 - far * far, 0.0) ** 2 if near else 0.0
 
 
-@inlined
+@melted
 def _similarity_sums(
     px: Any, py: Any, pnx: Any, pny: Any, off: Any, zx: float, zy: float, gate: float, agreement: float
 ) -> Any:
@@ -124,7 +124,7 @@ def _similarity_sums(
     return (a00, a10, a11, a20, a21, a22, a30, a31, a32, a33), (b0, b1, b2, b3)
 
 
-@inlined
+@melted
 def _solve_similarity(a: Any, b: Any, damping: float) -> Any:
     """(x, y, Re z, Im z) that solve (A + damping) x = -b, by L D L'. :param a, b: as `_similarity_sums` gives them."""
     a00, a10, a11, a20, a21, a22, a30, a31, a32, a33 = a

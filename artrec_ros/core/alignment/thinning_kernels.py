@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
-@inlined
+@melted
 def symmetry_order(residual: Any, scale: float, ambiguous_px: float) -> int:
     """`Symmetry.order`; 0: any angle."""
     if residual[0] * scale <= ambiguous_px:
@@ -21,7 +21,7 @@ def symmetry_order(residual: Any, scale: float, ambiguous_px: float) -> int:
     return order
 
 
-@inlined
+@melted
 def squared_pose_distance(
     t: complex, z: complex, t0: complex, z0: complex, radius: float, order: int, enough: float
 ) -> float:

@@ -11,7 +11,7 @@ from .kernel_cache import KernelCache
 
 LANES = 8  # numbers in a vector instruction
 _MATH = {"contract", "reassoc", "arcp", "nsz"}  # sums may be reordered; NaN keeps its meaning
-_OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy"}
+_OPTIONS = {"nogil": True, "fastmath": _MATH, "error_model": "numpy", "no_cfunc_wrapper": True}  # nobody calls from C
 _compiled: list[Any] = []
 
 
@@ -41,7 +41,8 @@ def melted(function: Any) -> Any:
 
 
 def inlined(function: Any) -> Any:
-    """Compile a function into each of its callers: to hand over a surface's arrays would cost more than it does."""
+    """What returns parts of arrays, put into each of its callers before these are compiled: `melted` it would return
+    them uncounted. That takes the compiler a hundred times as long."""
     return numba.njit(inline="always", **_OPTIONS)(function)
 
 

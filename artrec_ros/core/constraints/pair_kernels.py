@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Boxes(NamedTuple):
@@ -43,12 +43,12 @@ class PoseArrays(NamedTuple):
     match: np.ndarray
 
 
-@inlined
+@melted
 def wrapped(angle: float, period: float) -> float:
     return angle - period * math.floor(angle / period + 0.5)
 
 
-@inlined
+@melted
 def _excess(low: float, high: float, period: float, value: float, noise: float) -> float:
     if period > 0:
         outside = abs(wrapped(value - (low + high) / 2, period)) - (high - low) / 2
@@ -57,7 +57,7 @@ def _excess(low: float, high: float, period: float, value: float, noise: float) 
     return max(outside - 2 * noise, 0.0)
 
 
-@inlined
+@melted
 def _configuration(dx: float, dy: float, theta: Any, scale: Any, place: Any, theta_noise: Any, scale_noise: Any) -> Any:
     """Values and noises of the dimensions in the order of `Boxes`, of two candidates; pairs hold (first, second)."""
     k = math.sqrt(scale[0] * scale[1])

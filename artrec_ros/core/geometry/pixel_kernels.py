@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, lean
+from ..base.jit import lean, melted
 
 MIN_DEPTH_M = 1e-3  # nearer points are pushed to this depth: their pixels land far outside the image
 
@@ -31,7 +31,7 @@ def pinhole(x: Any, y: Any, z: Any, K: Any, d: Any, bent: bool, fold: float) -> 
     return K[0, 0] * u + K[0, 1] * v + K[0, 2], K[1, 1] * v + K[1, 2]
 
 
-_pinhole = inlined(pinhole)
+_pinhole = melted(pinhole)
 
 
 class Lens(NamedTuple):
@@ -55,7 +55,7 @@ class LabelView(NamedTuple):
     fold: float  # squared radius at which the distortion folds back
 
 
-@inlined
+@melted
 def turned(A: Any, q: Any) -> tuple[float, float, float]:
     """A (3, 3) times q (3,)."""
     return (
@@ -80,7 +80,7 @@ def codes_at(padded: Any, width: int, height: int, pixels: Any, out: Any) -> Non
         out[i] = padded[pixel(pixels[i, 0], pixels[i, 1], width, height)]
 
 
-@inlined
+@melted
 def padded_pixel(x: float, y: float, view: LabelView) -> Any:
     """The same without branches, so that loops become vector instructions. x and y must be numbers: NaN would give any
     index at all."""
@@ -95,7 +95,7 @@ def project(x: float, y: float, z: float, view: LabelView | Lens) -> tuple[float
     return u, v
 
 
-@inlined
+@melted
 def locate(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
     """Fill out[:n] with the padded labels' indices of n points under A X + b.
 
@@ -131,7 +131,7 @@ def locate(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
         out[i] = padded_pixel(u, v, view)
 
 
-@inlined
+@melted
 def locate_level(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
     """As `locate`, of points that are all at one depth before a camera that neither bends nor skews: as far off as the
     first, they need no division each."""
@@ -144,7 +144,7 @@ def locate_level(A: Any, b: Any, on: Any, view: LabelView, out: Any) -> None:
         out[i] = padded_pixel(u0 * xs[i] + u1 * ys[i] + u2, v0 * xs[i] + v1 * ys[i] + v2, view)
 
 
-@inlined
+@melted
 def outline_level(A: Any, b: Any, points: Any, along: Any, view: LabelView, out: Any) -> None:
     """As `outline_pixels`, of a contour that is all at one depth before a camera whose pixels are square, and neither
     bends nor skews: the contour's directions in the image are as long as they are."""
@@ -159,7 +159,7 @@ def outline_level(A: Any, b: Any, points: Any, along: Any, view: LabelView, out:
         nvs[i] = A[0, 0] * gxs[i] + A[0, 1] * gys[i]
 
 
-@inlined
+@melted
 def outline_pixels(A: Any, b: Any, points: Any, along: Any, view: LabelView, out: Any) -> None:
     """Fill out (4, m) with the pixels u, v of a contour (3, m) under A X + b, and its outward unit normals there.
 

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Pool(NamedTuple):
@@ -66,7 +66,7 @@ def _options(pool: Any, seed: int, rules: Any, banned: Any) -> Any:
     return options, count
 
 
-@inlined
+@melted
 def _cost(pool: Any, option: int, members: Any) -> float:
     """What an option's violated constraints with the members cost: each as much as the lighter of the two explains;
     infinite where one is forbidden."""
@@ -138,7 +138,7 @@ def _no_groups(rules: Any) -> Any:
     return Groups(*one, held, members, np.zeros(most), np.zeros(most), *counted)
 
 
-@inlined
+@melted
 def _least_wanted(groups: Any) -> float:
     """What a group must weigh to be kept."""
     return groups.weight[groups.lightest[0]] if groups.found[0] == len(groups.weight) else -np.inf

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
-@inlined
+@melted
 def wrapped(i: int, n: int) -> int:
     """The index of a closed contour's point, less than once around from where it begins: a division takes longer."""
     return i - n if i >= n else (i + n if i < 0 else i)

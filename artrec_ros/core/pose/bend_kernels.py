@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import jit, lean, melted
 from ..geometry.pixel_kernels import LabelView
 from ..model.chain_kernels import Chain, copy_frame, place, see
 from .joint_kernels import patch_bound
@@ -52,7 +52,7 @@ class Bench(NamedTuple):
     room: Room
 
 
-@inlined
+@melted
 def said_of_component(
     s: Surface, patches: Any, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, hidden_cost: float, room: Room
 ) -> tuple[float, float]:

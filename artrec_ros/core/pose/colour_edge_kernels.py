@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 SAMPLES = 15  # along a normal: where they are half a pixel apart for the widest reach
 _ENDS = 2  # of them on either side tell what a step begins and ends with
@@ -30,7 +30,7 @@ class ColourEdges(NamedTuple):
     doubt: float
 
 
-@inlined
+@melted
 def sample(image: Any, x: float, y: float, out: Any) -> None:
     """Fill out (3,) with the colour between pixels, 0 to 1; beyond the border it goes on as there."""
     h, w = image.shape[0], image.shape[1]
@@ -43,7 +43,7 @@ def sample(image: Any, x: float, y: float, out: Any) -> None:
         out[c] = (above * (1 - down) + under * down) / 255.0
 
 
-@inlined
+@melted
 def step_of(colours: Any, begin: Any, step: Any) -> float:
     """Fill begin (3,) and step (3,) with where colours (S, 3) begin and how far they go, and say how far that is."""
     size = 0.0
@@ -57,7 +57,7 @@ def step_of(colours: Any, begin: Any, step: Any) -> float:
     return size
 
 
-@inlined
+@melted
 def edge_along(light: Any, begin: Any, step: Any) -> float:
     """How much of a normal, -1 to 1, the middle of a step of light (S, 3) is beyond its middle; NaN where it is not one
     step between two colours."""

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, melted
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView, outline_pixels
 from ..model.chain_kernels import Chain, place_seen
 from .edge_kernels import EdgeRoom, EdgeTerms, edge_room, find_edges
@@ -38,7 +38,7 @@ class ContourTerm(NamedTuple):
     at_edges: Any  # (H,) weight with which all edges together are where the object ends; inf: they are
 
 
-@inlined
+@melted
 def lever_of_ball(radius: float, t: Any, rows: Any, xs: Any, ys: Any, zs: Any) -> None:
     """Of a ball the rim that is seen moves with its centre, however it turns: levers, and derivatives by the turn, of
     its points are those of its centre.
@@ -59,7 +59,7 @@ def lever_of_ball(radius: float, t: Any, rows: Any, xs: Any, ys: Any, zs: Any) -
         xs[i], ys[i], zs[i] = x, y, z
 
 
-@inlined
+@melted
 def fill_rows(
     s: Surface, k: int, P: Any, q: Any, placed: Placed, columns: Any, n: int, view: LabelView, outline: Any, rows: Any
 ) -> None:
@@ -101,14 +101,14 @@ def fill_rows(
                 row[i] = gxs[i] * dx + gys[i] * dy + gzs[i] * dz
 
 
-@inlined
+@melted
 def leave_out_hidden(shown: Any, h: int, k: int, weight: Any) -> None:
     """Take their say from the points of marker `k` of hypothesis `h` that the object hides."""
     for i in range(shown.shape[2]):
         weight[i] = weight[i] if shown[h, k, i] else 0.0
 
 
-@inlined
+@melted
 def leave_out_inner(s: Surface, k: int, P: Any, q: Any, view: LabelView, weight: Any, room: EdgeRoom) -> None:
     """Take their say from the points at which marker `k` goes on in another side of its class, see `find_inner`."""
     if s.has_meets[k]:
@@ -165,7 +165,7 @@ def add_contours(
                 A[into, columns[g]] += total
 
 
-@inlined
+@melted
 def leave_outwards(weight: float, to: Equations) -> None:
     """Leave it to what the other parameters are by how much all edges lie outwards (Schur complement).
 
@@ -192,7 +192,7 @@ class ContourFit(NamedTuple):
     shown: Any  # (H, K, m) bool: points of markers that a hypothesis uses which the object does not hide itself
 
 
-@inlined
+@melted
 def marker_rows(
     term: ContourTerm, h: int, k: int, placed: Placed, columns: Any, n: int, edges: EdgeRoom, fit: ContourFit, at: int
 ) -> None:

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 from .contour_term_kernels import ContourFit
 
 
@@ -61,7 +61,7 @@ def add_up(fit: ContourFit, by: Weights, A: Any, sums: Sums) -> None:
         sums.square[h], sums.left_open[h] = square / max(weight, 1e-9), left_open / max(weight, 1e-9)
 
 
-@inlined
+@melted
 def add_outer(row: Any, weight: float, A: Any) -> None:
     """Add the square of a row (n,) and of a last 1 behind it to A (n + 1, n + 1), weighed."""
     n = len(row)
@@ -74,7 +74,7 @@ def add_outer(row: Any, weight: float, A: Any) -> None:
     A[n, n] += weight
 
 
-@inlined
+@melted
 def add_square(x: Any, weight: float, out: Any) -> None:
     """Add x x' of (n,) to out (n, n), weighed."""
     for a in range(len(x)):
@@ -82,7 +82,7 @@ def add_square(x: Any, weight: float, out: Any) -> None:
             out[a, b] += weight * x[a] * x[b]
 
 
-@inlined
+@melted
 def moved_by(row: Any, gain: Any, out: Any) -> None:
     """Fill out (n,) with what a pixel's error of a point does, whose derivatives are a row (n,) and a last 1."""
     n = len(row)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..base.jit import inlined, lean
+from ..base.jit import lean, melted
 from ..geometry.pixel_kernels import LabelView, outline_pixels, turned
 from .hiding_kernels import boxes_in_camera, hide
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect, beside
@@ -60,7 +60,7 @@ def contains(outline: Any, x: float, y: float) -> bool:
     return inside
 
 
-@inlined
+@melted
 def box_of(outline: Any) -> tuple[float, float, float, float]:
     """Least and greatest u, then v."""
     left, right, top, bottom = outline[0, 0], outline[0, 0], outline[1, 0], outline[1, 0]
@@ -70,7 +70,7 @@ def box_of(outline: Any) -> tuple[float, float, float, float]:
     return left, right, top, bottom
 
 
-@inlined
+@melted
 def cover_by_marker(mine: Any, other: Any, far_px: float, row: Any) -> None:
     """Note where so far beyond a contour (4, m) another one lies around it."""
     left, right, top, bottom = box_of(other)
@@ -80,7 +80,7 @@ def cover_by_marker(mine: Any, other: Any, far_px: float, row: Any) -> None:
             row[i] = COVERED
 
 
-@inlined
+@melted
 def cover_by_boxes(s: Surface, k: int, R: Any, t: Any, view: LabelView, limits: SurfaceLimits, room: Room) -> None:
     """Note where just beyond the contour of marker `k` the camera sees, or would see, bodies of its class."""
     n = 0

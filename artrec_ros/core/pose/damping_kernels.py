@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..base.jit import inlined
+from ..base.jit import melted
 from .placed_kernels import Equations, Placed
 
 SHIFT, BEND = 0, 1  # kinds of parameters: of the place; of the turn and the joints
@@ -20,7 +20,7 @@ class Damping(NamedTuple):
     held: Any  # (6,) weights that hold parameters of the pose where they are
 
 
-@inlined
+@melted
 def unit_of(i: int, placed: Placed) -> float:
     """What parameter `i` is measured in: the depth, a radian, a joint's unit."""
     if i < 3:
@@ -28,7 +28,7 @@ def unit_of(i: int, placed: Placed) -> float:
     return 1.0 if i < 6 else placed.joints.unit[i - 6]
 
 
-@inlined
+@melted
 def add_damping(term: Damping, placed: Placed, to: Equations) -> None:
     """Add the equations that pull the step to nothing."""
     for i in range(len(to.b)):
@@ -36,7 +36,7 @@ def add_damping(term: Damping, placed: Placed, to: Equations) -> None:
         to.A[i, i] += (term.sigma_px / deviation) ** 2 + 1e-9 + (term.held[i] if i < 6 else 0.0)
 
 
-@inlined
+@melted
 def shorten(term: Damping, placed: Placed, x: Any) -> None:
     """Scale a step down to its longest."""
     longest = 1.0

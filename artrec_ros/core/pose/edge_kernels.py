@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView, padded_pixel
 
 OWN, KNOWN, SILENT = 0, 1, 2  # kinds of labels along a marker's normal: its own, another's, one that says nothing
@@ -53,7 +53,7 @@ def edge_room(m: int, most_reach: int, n_par: int) -> EdgeRoom:
     )  # fmt: skip
 
 
-@inlined
+@melted
 def look_along(k: int, reach: int, e: EdgeTerms, view: LabelView, room: EdgeRoom) -> None:
     """Fill room.kind with the kinds of the labels along the normals, and room.flags with what they tell together.
 
@@ -85,7 +85,7 @@ def look_along(k: int, reach: int, e: EdgeTerms, view: LabelView, room: EdgeRoom
                 silent[i] |= row[i] == SILENT
 
 
-@inlined
+@melted
 def leave_bodies(reach: int, seam_px: float, room: EdgeRoom) -> None:
     """Along normals on which more unknown pixels lie between the marker's last one and the next known one than in a
     seam, these are of a body: the marker ends where they begin."""
@@ -104,7 +104,7 @@ def leave_bodies(reach: int, seam_px: float, room: EdgeRoom) -> None:
         last[i] = own[i] if gap[i] > math.ceil(2 * max(seam_px, 0.0)) else last[i]
 
 
-@inlined
+@melted
 def find_edges(k: int, e: EdgeTerms, step: int, view: LabelView, room: EdgeRoom) -> None:
     """Where the boundary of marker `k`'s class crosses the normals of its contour, which is room.outline: fill
     room.edge with signed distances along the normals, and room.weight with inverse variances (0: no edge).

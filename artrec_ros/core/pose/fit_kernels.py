@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean, melted
+from ..base.jit import jit, lean, melted
 from ..model.chain_kernels import Chain, place_seen, turn_by
 from .contour_term_kernels import ContourTerm, add_contours, leave_outwards
 from .damping_kernels import Damping, add_damping, shorten
@@ -30,7 +30,7 @@ class Terms(NamedTuple):
     damping: Damping
 
 
-@inlined
+@melted
 def add_all(
     terms: Terms, h: int, step: int, R: Any, placed: Placed, to: Equations, columns: Any, room: EdgeRoom
 ) -> None:

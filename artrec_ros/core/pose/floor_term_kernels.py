@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class FloorTerm(NamedTuple):
@@ -18,7 +18,7 @@ class FloorTerm(NamedTuple):
     weight: Any  # (2,) of a metre above it; of a radian by which it leans, to either side
 
 
-@inlined
+@melted
 def add_floor(term: FloorTerm, R: Any, t: Any, A: Any, b: Any) -> None:
     """Add the equations of a pose R (3, 3), t (3,) to the lower half of A, and b.
 

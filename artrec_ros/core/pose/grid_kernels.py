@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import LANES, inlined, jit, lean
+from ..base.jit import LANES, jit, lean, melted
 from ..geometry.pixel_kernels import LabelView
 from .guess_kernels import BankArrays, Look, score_similarity
 
@@ -82,7 +82,7 @@ def lay(m: BankArrays, k: float, c: float, s: float, look: Look, view: LabelView
             within[2], within[3] = min(within[2], view.width - 1 - u), min(within[3], view.height - 1 - v)
 
 
-@inlined
+@melted
 def score_laid(at: int, k: float, m: BankArrays, laid: Laid, look: Look, view: LabelView, wanted: float) -> float:
     """As `score_similarity`, of what lies in the image. :param at: the pixel's index in the padded labels."""
     n, total, ring = len(laid.inside), 0.0, 0.0

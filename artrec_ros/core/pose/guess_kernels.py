@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import LANES, inlined, lean
+from ..base.jit import LANES, lean, melted
 from ..geometry.pixel_kernels import LabelView, padded_pixel
 
 SLACK = 1e-6  # votes: more than rounding makes a bound smaller than what it bounds
@@ -48,7 +48,7 @@ class Look(NamedTuple):
     ring_width_px: float
 
 
-@inlined
+@melted
 def score_similarity(
     x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, wanted: float, at: Any
 ) -> float:
@@ -96,7 +96,7 @@ def insert(T: Any, score: Any, x0: float, y0: float, a: float, b: float, value: 
     T[i, 0], T[i, 1], T[i, 2], T[i, 3] = x0, y0, math.atan2(b, a), math.sqrt(a * a + b * b)
 
 
-@inlined
+@melted
 def offer(
     x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, least: float, at: Any,
     T: Any, score: Any,
@@ -149,7 +149,7 @@ def in_order(kept: Kept, least: float, T: Any, score: Any, of: Any) -> int:
     return len(score)
 
 
-@inlined
+@melted
 def tried(
     x0: float, y0: float, a: float, b: float, m: BankArrays, v: int, look: Look, view: LabelView, least_share: float,
     best: float, at: Any, kept: Kept,

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import turned
 from ..model.chain_kernels import Chain, place_seen
 from .surface_kernels import Room, Surface, aspect, points_of, room_of, surface_share
 
 
-@inlined
+@melted
 def in_box(B: Any, i: int, A: Any, b: Any) -> tuple[float, float, float, float]:
     """Row `i` of a component's frame A, b as a box sees it whose axes are the columns of B."""
     return (
@@ -23,7 +23,7 @@ def in_box(B: Any, i: int, A: Any, b: Any) -> tuple[float, float, float, float]:
     )
 
 
-@inlined
+@melted
 def hide(s: Surface, A: Any, b: Any, on: Any, room: Room, n_near: int, end: float) -> None:
     """Fill `room.hidden` with whether one of the first `n_near` boxes of `room.near` hides a point (slab test).
 
@@ -56,7 +56,7 @@ def hide(s: Surface, A: Any, b: Any, on: Any, room: Room, n_near: int, end: floa
             out[i] |= enter < leave
 
 
-@inlined
+@melted
 def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: Any) -> None:
     """Rotations (B, 3, 3) of one hypothesis' boxes, the camera's centre in their frames, and their middles."""
     for b in range(len(s.half)):
@@ -74,7 +74,7 @@ def boxes_in_camera(s: Surface, R: Any, t: Any, box_R: Any, eye: Any, middle: An
             eye[b, i] = -(box_R[b, 0, i] * middle[b, 0] + box_R[b, 1, i] * middle[b, 1] + box_R[b, 2, i] * middle[b, 2])
 
 
-@inlined
+@melted
 def boxes_in_front(s: Surface, p: int, A: Any, normal: Any, centre: Any, room: Room, which: int) -> int:
     """Fill `room.near` with the boxes that may hide a patch, whose normal and centre in the camera are given.
 
@@ -114,7 +114,7 @@ def boxes_in_front(s: Surface, p: int, A: Any, normal: Any, centre: Any, room: R
     return n
 
 
-@inlined
+@melted
 def bit_of(box: int) -> int:
     """A bit for each box; of many boxes several share one."""
     return 1 << (box % 62)
@@ -144,7 +144,7 @@ def shown_points(s: Surface, R: Any, t: Any, patches: Any, end: float, out: Any)
                 out[h, column, i] = not room.hidden[i]
 
 
-@inlined
+@melted
 def shown_contour(s: Surface, k: int, A: Any, b: Any, end: float, room: Room, out: Any) -> None:
     """Fill out (m,) with which points of the contour of marker `k`, on a component whose frame is A, b, no box hides:
     as `shown_points`. :param room: with the boxes in the camera."""

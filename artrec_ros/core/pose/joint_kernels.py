@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit, melted
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView, locate
 from ..model.chain_kernels import Chain, copy_frame, place, see
 from .surface_kernels import (
@@ -28,7 +28,7 @@ from .surface_kernels import (
 from .vote_kernels import ring_px2, ring_votes
 
 
-@inlined
+@melted
 def patch_bound(
     s: Surface, p: int, A: Any, b: Any, view: LabelView, limits: SurfaceLimits, wanted: float, room: Room
 ) -> float:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
-from ..base.jit import inlined
+from ..base.jit import melted
 from .placed_kernels import Equations, Placed
 
 
@@ -17,7 +17,7 @@ class JointPrior(NamedTuple):
     pin: float  # weight that holds a joint where it is
 
 
-@inlined
+@melted
 def add_joint_prior(term: JointPrior, h: int, placed: Placed, to: Equations) -> None:
     """Add the equations of hypothesis `h`."""
     for j in range(len(placed.q)):

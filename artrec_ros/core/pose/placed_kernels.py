@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit
+from ..base.jit import jit, melted
 
 
 class Joints(NamedTuple):
@@ -51,7 +51,7 @@ def no_equations(n_joints: int) -> Equations:
     return Equations(np.zeros((n, n)), np.zeros(n), np.zeros(n + 2))
 
 
-@inlined
+@melted
 def moving(c: int, placed: Placed, columns: Any) -> int:
     """Fill `columns` with the parameters that move component `c`, and say how many: the pose's six, and its joints."""
     n = 6

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import jit, lean, melted
 
 
 class Regions(NamedTuple):
@@ -27,7 +27,7 @@ class Regions(NamedTuple):
     at: Any  # (J, 2) about where; of one that slides, how far a metre takes its points
 
 
-@inlined
+@melted
 def bend(r: Regions, x: Any, y: Any, joints: Any, out_x: Any, out_y: Any) -> None:
     """Fill out_x, out_y (n,) with a figure's points x, y after joints moved by so much (J,)."""
     for i in range(len(out_x)):
@@ -47,7 +47,7 @@ def bend(r: Regions, x: Any, y: Any, joints: Any, out_x: Any, out_y: Any) -> Non
                 out_x[i], out_y[i] = ox + c * u - s * v, oy + s * u + c * v
 
 
-@inlined
+@melted
 def unevenness(image: Any, r: Regions, at: Any, sums: Any, xs: Any, ys: Any) -> float:
     """Share of the variance of the colours at all points that is within regions, 0 to 1, with joints moved and then
     under the similarity p -> (x0, y0) + (a -b; b a) p; 1 where a point lies outside of the image.

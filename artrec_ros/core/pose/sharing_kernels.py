@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from ..base.jit import inlined, lean
+from ..base.jit import lean, melted
 from ..geometry.pixel_kernels import turned
 from .surface_kernels import LEAST_DEPTH_M, Room, Surface, SurfaceLimits, aspect
 
@@ -17,7 +17,7 @@ _RIM = 0.05  # of a marker: what is less of it on another one is its rim
 _EDGE_ON = 1e-9  # square pixels to the second: of what is seen from its edge nothing lies on anything
 
 
-@inlined
+@melted
 def spread_px2(s: Surface, k: int, A: Any, at: Any, focal_px: float) -> tuple[float, float, float]:
     """Second moments of marker `k` in the image: xx, xy, yy. :param at: its middle in the camera's frame."""
     x, y, z = at
@@ -59,7 +59,7 @@ def on_each_other(s: Surface, j: int, k: int, R: Any, t: Any, f2: float) -> tupl
     return min(alike * ratio, 1.0), min(alike / ratio, 1.0)
 
 
-@inlined
+@melted
 def seen_share(s: Surface, p: int, A: Any, b: Any, f2: float, area_px: float) -> float:
     """Share of a patch in a frame (3, 3), (3,) that is seen, of what faces the camera."""
     cosine, _, _, z = aspect(s, p, A, b)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import LANES, inlined, jit
+from ..base.jit import LANES, inlined, jit, melted
 from ..geometry.pixel_kernels import LabelView, outline_level, outline_pixels, padded_pixel, turned
 
 NEAR = 0.2  # a patch's radius, as a share of its depth, from which on its far points stand for less than its near ones
@@ -81,7 +81,7 @@ class SurfaceLimits(NamedTuple):
     level: bool = False  # whether all of a patch is at one depth before a camera made for what faces it
 
 
-@inlined
+@melted
 def is_turned_here(s: Surface, p: int, cosine: float, depth: float, f2: float, least_cosine: float) -> bool:
     """Whether a patch looks towards the camera, so that it has a say: by the cosine at which it is seen, and sides that
     meet as long as one ends a pixel or more from where it begins; else what shows of it would be nobody's.
@@ -96,7 +96,7 @@ def is_turned_here(s: Surface, p: int, cosine: float, depth: float, f2: float, l
     return math.sqrt(s.area[p] * f2) * cosine / depth > LEAST_STRIP_PX
 
 
-@inlined
+@melted
 def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """How many times as far from the outline of marker `k` as `ring_px` rim and ring are looked at: of a wide one
     farther, for its file, its camera's calibration and the fit are off by shares of its size; of the side of a solid by
@@ -108,14 +108,14 @@ def widened(s: Surface, k: int, depth: float, f2: float, limits: SurfaceLimits) 
     return max(1.0, limits.ring_share * half_px / limits.ring_px)
 
 
-@inlined
+@melted
 def beside(s: Surface, k: int, depth: float, view: LabelView, limits: SurfaceLimits) -> tuple[float, float]:
     """How far outside and inside of a marker's outline it is looked at, pixels: of the one that it seems to have."""
     far = limits.ring_px * widened(s, k, depth, view.K[0, 0] * view.K[1, 1], limits)
     return far + limits.swollen_px, far - limits.swollen_px
 
 
-@inlined
+@melted
 def count_for(s: Surface, p: int, size_px: float, limits: SurfaceLimits) -> int:
     """How many points of a patch of so many pixels are looked at: rim and ring do not see how far beyond a blob a model
     reaches that is larger, and amid few points, far apart, a climb would find room for it."""
@@ -172,7 +172,7 @@ def room_of(s: Surface) -> Room:
     )  # fmt: skip
 
 
-@inlined
+@melted
 def surface_share(s: Surface, p: int, depth: float, end: float) -> float:
     """Share of the way to a point of a patch beyond which nothing hides it: of a ball's disc where the ball begins.
 
@@ -184,13 +184,13 @@ def surface_share(s: Surface, p: int, depth: float, end: float) -> float:
     return end * max(math.sqrt(depth * depth + bulge * bulge) - bulge, 0.0) / max(depth, LEAST_DEPTH_M)
 
 
-@inlined
+@melted
 def is_near(s: Surface, p: int, depth: float) -> bool:
     """Whether the points of a patch stand for unlike areas of the image. :param depth: of its middle."""
     return s.radius[p] > NEAR * depth
 
 
-@inlined
+@melted
 def weigh_points(A: Any, b: Any, on: Any, depth: float, weight: Any) -> None:
     """How many times the pixels that a patch's mean point stands for its points x, y, z stand for: areas in a plane
     shrink with the cube of their depth. :param depth: of its middle."""
@@ -201,7 +201,7 @@ def weigh_points(A: Any, b: Any, on: Any, depth: float, weight: Any) -> None:
         weight[i] = min(nearer * nearer * nearer, MOST_WEIGHT)
 
 
-@inlined
+@melted
 def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, float]:
     """Cosine of the viewing angle of a patch, and its centre in the camera."""
     nx, ny, nz = turned(A, s.normal[p])
@@ -211,7 +211,7 @@ def aspect(s: Surface, p: int, A: Any, b: Any) -> tuple[float, float, float, flo
     return cosine, mx, my, mz
 
 
-@inlined
+@melted
 def find_inner(s: Surface, k: int, A: Any, b: Any, view: LabelView, inner: Any) -> None:
     """Fill inner (m,) with 1 where the contour of marker `k` meets one of its component that the camera sees, too:
     there the class does not end. Else 0.
@@ -228,7 +228,7 @@ def find_inner(s: Surface, k: int, A: Any, b: Any, view: LabelView, inner: Any) 
         inner[i] = 1 if j >= 0 and seen else 0
 
 
-@inlined
+@melted
 def look_beside(
     s: Surface, k: int, A: Any, b: Any, depth: float, view: LabelView, limits: SurfaceLimits, room: Room
 ) -> None:  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, melted
+from ..base.jit import jit, melted
 from ..geometry.pixel_kernels import LabelView, locate, locate_level, turned
 from ..model.chain_kernels import Chain, place_seen
 from .covering_kernels import COVERED, cover
@@ -43,7 +43,7 @@ class Scores(NamedTuple):
     near: Any  # (P,) boxes that may hide it: a bit for each, several may share one
 
 
-@inlined
+@melted
 def ring_votes(
     s: Surface, k: int, own: Any, A: Any, b: Any, depth: float, near: bool, cut: bool, view: LabelView,
     limits: SurfaceLimits, room: Room,
@@ -150,7 +150,7 @@ def score_hypothesis(
             scores.votes[column], scores.area_px[column], scores.agree[column] = said
 
 
-@inlined
+@melted
 def enlarge(A: Any, b: Any, centre: Any, times: float, room: Room) -> None:
     """Fill room.wide, room.moved with a patch's place at which its points are so many times as far from its centre."""
     wide, moved = room.wide, room.moved
@@ -161,7 +161,7 @@ def enlarge(A: Any, b: Any, centre: Any, times: float, room: Room) -> None:
             moved[i] += (1 - times) * A[i, j] * centre[j]
 
 
-@inlined
+@melted
 def said_of(
     s: Surface, p: int, A: Any, b: Any, cosine: float, depth: float, n_near: int, view: LabelView,
     limits: SurfaceLimits, room: Room,
@@ -216,13 +216,13 @@ def said_of(
     return value, size * seen / count, same / max(seen, 1e-9)
 
 
-@inlined
+@melted
 def is_supported(votes: float, area_px: float, agree: float, min_px: float, least_agree: float) -> bool:
     """Whether labels support a marker by what they say of it: see `WholeObjectFinder.supported`."""
     return area_px > min_px and agree > least_agree and votes > 0.0
 
 
-@inlined
+@melted
 def ring_px2(s: Surface, k: int, cosine: float, depth: float, f2: float, limits: SurfaceLimits) -> float:
     """Pixels that a marker's ring stands for."""
     width_px = limits.ring_width_px * widened(s, k, depth, f2, limits)

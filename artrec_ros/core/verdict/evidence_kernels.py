@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean, melted
+from ..base.jit import jit, lean, melted
 from ..geometry.pixel_kernels import LabelView, locate, project, turned
 from ..model.chain_kernels import Chain, place_seen
 from ..pose.covering_kernels import COVERED, cover
@@ -79,7 +79,7 @@ class Found(NamedTuple):
     times: Any  # (H,) how many times as easily chance bears it out because its components look alike
 
 
-@inlined
+@melted
 def supports(said: Said, by: Criteria, h: int, p: int, mixed: float) -> bool:
     """Whether the labels support a marker of claim `h`. :param mixed: share of its pixels of its classes that are not
     of the one that it shows: these are another's."""
@@ -88,7 +88,7 @@ def supports(said: Said, by: Criteria, h: int, p: int, mixed: float) -> bool:
     return is_supported(votes, area_px, (1 - mixed) * agree, by.min_px, by.supported_agree)
 
 
-@inlined
+@melted
 def perimeter_px(s: Surface, said: Said, h: int, p: int) -> float:
     """Length of a marker's outline as it is seen."""
     return s.perimeter[s.marker_of[p]] * math.sqrt(max(said.area_px[h, p], 1e-9) / s.area[p])

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from ..base.jit import inlined, jit, lean
+from ..base.jit import jit, lean, melted
 from ..geometry.pixel_kernels import LabelView, project
 from ..model.chain_kernels import Chain, place_seen
 from ..pose.covering_kernels import contains
 from ..pose.surface_kernels import Surface
 
 
-@inlined
+@melted
 def place_one(A: Any, b: Any, x: float, y: float, z: float, view: LabelView) -> tuple[float, float]:
     """Pixel of a point x, y, z under A X + b."""
     return project(

@@ -98,6 +98,7 @@ class Diagnostics:
         self._lock = threading.Lock()
         self._name = node_name
         self._last_s, self._last = now_s, _Totals()
+        self._was_getting_ready = False
         self._active_s = now_s  # since when images are waited for
         self._hardware_id = ""
 
@@ -136,9 +137,10 @@ class Diagnostics:
             statuses = [
                 self._input(state, silent, new, period),
                 self._calibration(state),
-                self._recognition(state, reports, new.processed / period),
+                self._recognition(state, new, reports, new.processed / period),
                 self._output(state),
             ]
+            self._was_getting_ready = state.getting_ready is not None
         return DiagnosticArray(header=header, status=statuses)
 
     def _input(self, state: NodeState, silent: bool, new: _Totals, period_s: float) -> DiagnosticStatus:
@@ -186,7 +188,9 @@ class Diagnostics:
         if new.lost > count:
             return WARN, f"{new.lost} of {new.lost + count} images lost on the way"
         if new.dropped > looked_at:
-            return WARN, f"{new.dropped} of {count} images dropped: they come faster than they are recognised"
+            ready = "they come faster than they are recognised"
+            why = "the node was getting ready" if self._was_getting_ready else ready
+            return WARN, f"{new.dropped} of {count} images dropped: {why}"
         if self.counters.is_unusable and not looked_at and not state.busy_s:
             return ERROR, f"the last image could not be used: {self.counters.last_error}"
         if self.counters.header_problem:
@@ -206,7 +210,9 @@ class Diagnostics:
             return self._status("calibration", WARN, f"calibrated, in doubt: {state.doubt}", {})
         return self._status("calibration", OK, "calibrated", {})
 
-    def _recognition(self, state: NodeState, reports: list[FrameReport], rate_hz: float) -> DiagnosticStatus:
+    def _recognition(
+        self, state: NodeState, new: _Totals, reports: list[FrameReport], rate_hz: float
+    ) -> DiagnosticStatus:
         objects, cut_off = sum(r.n_objects for r in reports), Counter(limit for r in reports for limit in r.ended_by)
         level, text = OK, f"{objects} object(s) in {len(reports)} image(s)"
         if state.getting_ready is not None:
@@ -222,7 +228,9 @@ class Diagnostics:
         for limit, count in sorted(cut_off.items()):
             level, text = WARN, f"{text}; {limit} ended the search in {count}"
         waiting = float(np.mean([r.waiting for r in reports])) if reports else 0.0
-        if waiting >= 1:  # objects in them are told late, and what moves on before its turn comes never
+        # objects in them are told late, and what moves on before its turn comes never; without haste they were
+        # searched in vain before
+        if waiting >= 1 and new.dropped and not self._was_getting_ready:
             text += f"; {waiting:.0f} blob(s) wait for a close look, for which images come too fast"
         c = self.counters
         values: dict[str, object] = {"rate_hz": f"{rate_hz:.2f}", "objects": c.objects, "incomplete": c.incomplete}

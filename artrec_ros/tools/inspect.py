@@ -11,7 +11,7 @@ from ..core.base.errors import ConfigError
 from ..core.constraints.constraint_set import ConstraintSet
 from ..core.geometry.camera import Camera
 from ..core.model.objects import ObjectModel
-from ..core.ways import FACING, way_of
+from ..core.ways import FACING, PAPER, PLANE, way_of
 from ..io.images.video import VIDEO_SUFFIXES
 from ..io.inventory.contents import (
     MISSING,
@@ -209,6 +209,8 @@ def _setup(head: str, setup: Setup) -> Iterator[str]:
         learned = "no constraints"
         if isinstance(t.constraints, ConstraintSet):
             learned = counted(len(t.constraints.pairs), "learned pair")
+            if {way_of(t, setup.recognizer, calibrated=c) for c in (False, True)}.isdisjoint((PAPER, PLANE)):
+                learned += " (used with recognizer.whole_object: false)"
         yield f"{t.name}: object '{t.model.name}', label {t.label}, {space}, {learned}"
     if setup.image.classes:
         yield "classes: " + ", ".join(f"{name} {c.label}" for name, c in setup.image.classes.items())

@@ -169,6 +169,15 @@ def test_most_images_dropped_or_lost_are_worth_a_warning(diagnostics: Diagnostic
     assert waiting.level == WARN and "30 of 30" in waiting.message
 
 
+def test_images_that_were_dropped_while_the_node_got_ready_did_not_come_too_fast(diagnostics: Diagnostics) -> None:
+    report(diagnostics, 101, getting_ready=0.9)
+    after = report(diagnostics, 102, dropped=5)["input"]
+    assert after.message == "5 of 5 images dropped: the node was getting ready"
+    diagnostics.image_processed(103, frame(1.0, 1))
+    later = report(diagnostics, 103, dropped=10)["input"]
+    assert later.message == "5 of 6 images dropped: they come faster than they are recognised"
+
+
 def test_the_cameras_frame_tells_the_hardware(diagnostics: Diagnostics) -> None:
     assert {s.hardware_id for s in report(diagnostics, 101).values()} == {"/image"}
     diagnostics.image_failed(102, "encoding 'x'", "left_eye")
@@ -188,10 +197,13 @@ def test_poses_on_a_plane_miss_no_calibration(diagnostics: Diagnostics) -> None:
     assert status.level == OK and "no camera_info" in status.message and "scene.plane" in status.message
 
 
-@pytest.mark.parametrize(("blobs", "said"), [(25, True), (0, False)])
-def test_that_blobs_wait_is_said_where_many_do(diagnostics: Diagnostics, blobs: int, said: bool) -> None:
+@pytest.mark.parametrize(("blobs", "dropped", "said"), [(25, 3, True), (25, 0, False), (0, 3, False)])
+def test_that_blobs_wait_is_said_where_images_come_too_fast(
+    diagnostics: Diagnostics, blobs: int, dropped: int, said: bool
+) -> None:
+    """Where none is dropped they wait because they were searched in vain before."""
     diagnostics.image_processed(101, FrameReport(0, 1.0, 1.0, (), "", waiting=blobs))
-    recognition = report(diagnostics, 102)["recognition"]
+    recognition = report(diagnostics, 102, dropped=dropped)["recognition"]
     assert (f"{blobs} blob(s) wait for a close look" in recognition.message) == said
     assert values(recognition)["blobs_waiting"] == f"{blobs:.1f}"
 

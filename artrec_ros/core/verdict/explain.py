@@ -76,6 +76,8 @@ def reason_alone(search: GroupSearch, seed: int, config: RecognizerConfig) -> tu
     if not len(near):
         if not others or config.min_in_plane < 2:
             return _too_faint(float(c.share[seed]), "min_alone_match", config), None
+        if not c.target.constraints:
+            return f"nothing tells how {' or '.join(others)} may lie to it: no constraints are given", None
         return f"no instance of {' or '.join(others)} with a learned constraint and a like scale", None
     best = int(near[np.argmin(table.violation[seed, near])])
     failure = failure_of(c, seed, best) if table.violation[seed, best] > 0 else None

@@ -11,14 +11,16 @@ from ...core.base.config import ImageConfig, ObjectConfig, RecognizerConfig
 from ...core.base.errors import ConfigError
 from ...core.constraints.constraint_set import ConstraintSet
 from ...core.constraints.pairs import PairConstraint
+from ...core.model.kinematics import Kinematics
 from ...core.model.target import Target
-from ...core.ways import PAPER, PLANE, way_of
+from ...core.ways import FACING, PAPER, PLANE, way_of
 from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value
 from ..learned.constraints import load_constraints
 from ..objects.object_reader import load_object
 
 _FILES = ("object_file", "constraint_file")
+_RELIEF = 0.05  # of markers' spread: seen at a slant of 45 degrees they are off by so much of it
 
 
 def with_absolute_paths(config: ObjectConfig, name: str, values: Mapping[str, Value], base_dir: Path) -> ObjectConfig:
@@ -67,8 +69,11 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
         if len(model.components) == 1:
             continue
         pairs = target.constraints.pairs if isinstance(target.constraints, ConstraintSet) else ()
+        way = way_of(target, config, calibrated=calibrated)
+        if way == FACING and not config.scene.plane.is_given:
+            yield from _in_relief(target, bool(pairs))
         if pairs:
-            if way_of(target, config, calibrated=calibrated) in (PAPER, PLANE):
+            if way in (PAPER, PLANE):
                 yield from _unpaired(target, pairs)
             continue
         missing = "it has no constraint_file" if target.constraints is None else "its constraint_file has no pairs"
@@ -77,12 +82,24 @@ def lacking(targets: Sequence[Target], config: RecognizerConfig, calibrated: boo
             where = "not every one of its markers has a pose"
         elif not fits:
             where = "recognizer.profile and recognizer.whole_object keep it in the image plane"
-        elif way_of(target, config, calibrated=calibrated) == PLANE:
+        elif way == PLANE:
             where = "it is not flat, and there is no calibration to find it in space"
             way_out = f"give a calibration, be it a guessed one (docs/camera.md), or {way_out}"
         else:
             continue
         yield f"{target.name}: will not be found: {missing}, and {where}; {way_out}"
+
+
+def _in_relief(target: Target, learned: bool) -> Iterator[str]:
+    """A line where an object is taken for a figure in one plane, and is none seen at a slant. :param learned: it has
+    constraints."""
+    if (relief := Kinematics(target.model).relief) > _RELIEF:
+        own = "; recognizer.whole_object: false goes by its learned pairs instead" if learned else ""
+        yield (
+            f"{target.name}: its markers stand one above the other, by {relief:.0%} of their spread: without "
+            f"calibration it is right only where the camera looks straight at them; give one, be it a guess "
+            f"(docs/camera.md){own}"
+        )
 
 
 def _unpaired(target: Target, pairs: Sequence[PairConstraint]) -> Iterator[str]:

@@ -144,12 +144,20 @@ def fitting(camera: Camera | None, image: Image, report: Report, whence: str, fr
     height, width = image.shape[:2]
     if camera is None or camera.size == (width, height):
         return camera and dataclasses.replace(camera, frame_id=frame_id or camera.frame_id)
-    exchanged = " (are its width and height exchanged?)" if camera.size == (height, width) else ""
     report(
-        f"{whence}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have "
-        f"{width}x{height}{exchanged}: no metric poses"
+        f"{whence}: calibrated for {camera.size[0]}x{camera.size[1]} pixels, but images have {width}x{height}"
+        f"{_way_out(camera.size, (width, height))}"
     )
     return None
+
+
+def _way_out(calibrated: tuple[int, int], size: tuple[int, int]) -> str:
+    """Of a calibration for images of another size (width, height)."""
+    if calibrated == size[::-1]:
+        return " (are its width and height exchanged?): no metric poses"
+    by, down = size[0] / calibrated[0], size[1] / calibrated[1]
+    scaled = f", or fx, fy, cx, cy of this one times {by:.6g} where they were scaled" if by == down else ""
+    return f": no metric poses; give a calibration of that size{scaled}"
 
 
 def once(report: Report) -> Report:

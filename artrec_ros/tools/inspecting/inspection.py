@@ -22,6 +22,7 @@ from .annotation_problems import annotation_problems
 from .camera_report import odd_calibration
 from .image_problems import image_problems
 from .oddities import buried, odd_units, on_own_colour, unborne
+from .scene_problems import scene_problems
 from .shared_classes import shared_classes
 from .structure import split_sides
 from .too_small import too_small
@@ -121,6 +122,7 @@ def _setup(path: Path, setup: Setup, items: Sequence[Item]) -> Iterator[str]:
     later = list(colourless(setup.image)) if setup.image.is_uncoloured else []  # learning them is the next step
     lacks = setup.lacks(calibrated_images(items) is not False)
     yield from (f"{path}: {line}" for line in lacks if line not in later)
+    yield from (f"{path}: {line}" for line in scene_problems(setup, items))
     used = {t.model.name for t in setup.targets}
     for other, model in _all(items, ObjectModel):
         if model.name not in used:

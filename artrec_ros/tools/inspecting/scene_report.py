@@ -32,10 +32,10 @@ _ON_GRID = 20  # points of an image in each direction at which the scale is told
 
 def scene_lines(items: Sequence[Item]) -> Iterator[str]:
     """What each parameter file's region and plane leave, of the images beside it where there are some."""
-    samples = _samples(items)
+    samples = samples_of(items)
     for path, setup in _setups(items):
         for sample in samples or (None,):
-            camera = _camera(items, sample)
+            camera = camera_of(items, sample)
             scene = Scene.of(setup.recognizer.scene, camera)
             where = f"{path}: scene" + (f" in {sample.name}" if sample is not None and len(samples) > 1 else "")
             size = None if sample is None else sample.size
@@ -46,10 +46,10 @@ def scene_lines(items: Sequence[Item]) -> Iterator[str]:
 
 def draw_scene(items: Sequence[Item], output: Path) -> str:
     """Draw the first parameter file's region and plane over the first image. What came of it, a line."""
-    setups, samples = _setups(items), [s for s in _samples(items) if s.images]
+    setups, samples = _setups(items), [s for s in samples_of(items) if s.images]
     if not setups or not samples:
         return f"{output}: not drawn: it takes a parameter file with scene.region or scene.plane, and images"
-    image, camera = samples[0].images[0], _camera(items, samples[0])
+    image, camera = samples[0].images[0], camera_of(items, samples[0])
     picture = _scene_picture(image, Scene.of(setups[0][1].recognizer.scene, camera))
     save_drawing(output, picture)
     return f"{output}: the scene of {setups[0][0]} over an image of {samples[0].name}"
@@ -77,12 +77,12 @@ def _setups(items: Sequence[Item]) -> list[tuple[Path, Setup]]:
     return [(path, setup) for path, setup in found if Scene.of(setup.recognizer.scene)]
 
 
-def _samples(items: Sequence[Item]) -> list[Sample]:
+def samples_of(items: Sequence[Item]) -> list[Sample]:
     bags = [s for i in items if isinstance(i.content, BagContent) for s in i.content.samples]
     return bags + [i.content for i in items if isinstance(i.content, Sample)]
 
 
-def _camera(items: Sequence[Item], sample: Sample | None) -> Camera | None:
+def camera_of(items: Sequence[Item], sample: Sample | None) -> Camera | None:
     """The calibration beside a sample, else one that was named."""
     named = next((i.content for i in items if isinstance(i.content, Camera)), None)
     return named if sample is None or sample.camera is None else sample.camera

@@ -4,10 +4,12 @@ import json
 import math
 
 import cv2
+import numpy as np
 import pytest
 import yaml
 from inspections import CONFIG, STAMP, inspect, write_bag, write_truth
 
+from artrec_ros.core.geometry.projection import project
 from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.inventory import inventory
 from artrec_ros.io.objects.object_reader import load_object
@@ -323,3 +325,50 @@ def test_no_scene_is_drawn_where_there_is_none(tmp_path, config, capsys):
     )
     assert "not drawn: it takes a parameter file with scene.region or scene.plane, and images" in printed
     assert not (tmp_path / "s.png").exists()
+
+
+LAID = """
+format: artrec_object/1
+name: toy
+markers: {plate: {rectangle: {width: 0.04, height: 0.08}}}
+components:
+  base: {required: true, markers: {plate: {marker: plate, pose: {xyz: [0, 0, 0]}}}}
+  top: {markers: {plate: {marker: plate, pose: {xyz: [0.2, 0, HEIGHT]}}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("height", "calibrated", "told"), [("0.03", False, True), ("0.03", True, False), ("0", False, False)]
+)
+def test_markers_of_unlike_heights_are_told_where_images_have_no_calibration(
+    tmp_path, capsys, height: str, calibrated: bool, told: bool
+) -> None:
+    """They are taken for a figure in one plane."""
+    (tmp_path / "toy.yaml").write_text(LAID.replace("HEIGHT", height))
+    params = tmp_path / "params.yaml"
+    params.write_text("/**: {ros__parameters: {objects: [toy], toy: {object_file: toy.yaml, label: 1}}}")
+    bag = write_bag(tmp_path / "bag", **({} if calibrated else {"camera": None}))
+    problems = inspect(capsys, params, bag)[2]
+    assert any("toy: its markers stand one above the other, by 15%" in p for p in problems) == told
+
+
+@pytest.mark.parametrize(
+    ("moved_px", "unit", "told"),
+    [(0.0, 1.0, ""), (0.4, 1.0, ""), (5.0, 1.0, "x and y meet at"), (0.0, 1000.0, "are field_points metres?")],
+)
+def test_a_plane_that_the_calibration_contradicts_is_told(
+    tmp_path, config, capsys, moved_px: float, unit: float, told: str
+) -> None:
+    """Four points make a plane whatever they are; a calibrated camera knows what a right angle looks like."""
+    camera = pinhole_camera((64, 48), 60)
+    field = np.array([[0, 0], [0.3, 0], [0.3, 0.2], [0, 0.2]])
+    lean = np.array([[1, 0, 0], [0, -0.8, -0.6], [0, 0.6, -0.8]])  # a camera that looks down at a slant
+    image = project(camera, np.column_stack([field, np.zeros(4)]) @ lean.T + [-0.15, 0.05, 0.4])
+    image[1, 1] += moved_px
+    plane = {"image_points": image.ravel().tolist(), "field_points": (unit * field).ravel().tolist()}
+    scene = config / "scene.yaml"
+    scene.write_text(yaml.safe_dump({"/**": {"ros__parameters": {"scene": {"plane": plane}}}}))
+    (tmp_path / "camera.yaml").write_text(camera_yaml(camera))
+    problems = inspect(capsys, config / "excavator.yaml", scene, tmp_path / "camera.yaml")[2]
+    said = [p for p in problems if "scene.plane" in p]
+    assert len(said) == bool(told) and all(told in p for p in said), problems

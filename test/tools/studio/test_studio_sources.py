@@ -165,7 +165,10 @@ def test_a_calibration_for_images_of_another_size_is_told_and_not_used(tmp_path:
     (tmp_path / "0.png").write_bytes(b"damaged")
     unfit = open_stills(tmp_path, SourceOptions(camera=CAMERA), 9, tmp_path / "frames", print)
     assert unfit.camera is None
-    assert unfit.problems == ["--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses"]
+    assert unfit.problems == [
+        "--camera-info: calibrated for 64x48 pixels, but images have 32x24: no metric poses; give a calibration of "
+        "that size, or fx, fy, cx, cy of this one times 0.5 where they were scaled"
+    ]
 
 
 def test_images_are_looked_at_by_several_threads(tmp_path: Path) -> None:

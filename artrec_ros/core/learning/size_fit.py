@@ -9,7 +9,7 @@ with joints free, and judged within the limits that go with them (`joint_limits`
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -37,7 +37,8 @@ class Kept:
 
 @dataclass(frozen=True)
 class Measured:
-    """:param model: the object with what was measured. :param views: how many were.
+    """:param model: the object with what was measured. :param views: how many were. :param showing: how many show
+        two markers or more, of which `MOST_VIEWS` at most are looked at.
     :param extent_m: its diagonal as it was, all joints at 0.
     :param limits: joints whose zero or limits change with it. :param outside: joints whose limits in the object as it
         was hold not all that is marked, and the limits that would.
@@ -59,6 +60,7 @@ class Measured:
     far: tuple[Far, ...]
     left_out: tuple[str, ...]
     kept: tuple[Kept, ...] = ()
+    showing: int = 0
 
     @property
     def helps(self) -> bool:
@@ -96,7 +98,7 @@ def measure(
     starts = [start for start in found if start.near]
     if len(starts) < LEAST_VIEWS:
         return TooFew(len(showing), len(marks), len(starts), tuple(s.off_px for s in found if not s.near))
-    return _measured(model, eye, marks, starts)
+    return replace(_measured(model, eye, marks, starts), showing=len(showing))
 
 
 def _measured(model: ObjectModel, eye: Eye, marks: Sequence[Marks], starts: Sequence[Start]) -> Measured:

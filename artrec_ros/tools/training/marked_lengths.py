@@ -109,9 +109,11 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
     """
     model = measured.model
     first = model.required.markers[0].name
+    left = measured.showing - measured.views - len(measured.left_out)
+    drawn = f" of {measured.showing}, evenly drawn" if left > 0 else ""
     yield (
-        f"{measured.views} marked objects: an axis' ends lie {measured.before_px:.2f} px (median) from where the "
-        f"object file has them, and {measured.after_px:.2f} px with lengths that other marked objects measured."
+        f"{measured.views} marked objects{drawn}: an axis' ends lie {measured.before_px:.2f} px (median) from where "
+        f"the object file has them, and {measured.after_px:.2f} px with lengths that other marked objects measured."
     )
     if not measured.helps:
         yield "The object file holds as it is: nothing is measured better, and it is copied."

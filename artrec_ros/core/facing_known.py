@@ -60,6 +60,8 @@ class FacingKnown:
         found = found[np.flatnonzero(found.votes > 0)]
         rested = finder.polished(frame, found, finder.last_climb)
         found += rested + self._sizes.larger(frame, rested, finder.last_climb)
+        if finder.is_lone_marker:  # a climb on few votes may lead away from where it lies
+            found += finder.fit_all(frame, found.poses)
         return found.best(len(found), self._search)
 
     def _left(self, frame: ImageFrame, known: Ranked, recall: Recall) -> ImageFrame:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from .base.config import RecognizerConfig
 from .facing_known import FacingKnown
+from .facing_lone import FacingLone
 from .facing_sizes import FacingSizes, with_joints
 from .geometry.projection import project
 from .geometry.range_limits import ScaleLimits
@@ -50,6 +51,7 @@ class FacingSearch:
         self._climbs = Climb(0, config.facing.rounds[0], config.facing.first_step), finder.last_climb
         self._sizes = FacingSizes(finder, config)
         self._known = FacingKnown(finder, self._sizes, config)
+        self._lone = FacingLone(finder) if finder.is_lone_marker else None
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 
@@ -128,7 +130,8 @@ class FacingSearch:
         :param limbs: blobs that other components may have made. :param recall: what earlier frames say of this one.
         """
         search = partial(self._searched, frame, limits, sizes, limbs)
-        return (search(blobs) if recall is None else self._known.beside(frame, blobs, recall, search)).poses
+        found = search(blobs) if recall is None else self._known.beside(frame, blobs, recall, search)
+        return (found if self._lone is None else self._told_apart(frame, found, self._lone)).poses
 
     def _searched(
         self, frame: ImageFrame, limits: ScaleLimits, sizes: int, limbs: Sequence[Blob], blobs: Sequence[Blob]
@@ -139,16 +142,24 @@ class FacingSearch:
             return self.finder.ranked(frame, self.finder.surface.no_poses)
         found, blob, most, swollen = self._guesses(frame, mine, blobs, limits, sizes, limbs)
         kept = self._best_of_each(frame, found, blob, most)
-        found, swollen = found[kept], swollen[kept]
-        found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, found[rows], self._climbs[0]))
+        begun, swollen = found[kept], swollen[kept]
+        found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, begun[rows], self._climbs[0]))
         kept = self._few_of_each_place(frame, found, self._config.facing.rivals)
         few, swollen = found[kept], np.sort(swollen)[kept]  # as `each` orders them
         found = self._sizes.each(swollen, lambda finder, rows: self._settled(finder, frame, few[rows]))
+        if self._lone is not None:
+            return found + self.finder.fit_all(frame, begun.poses)
         found = found[self._few_of_each_place(frame, found, self._config.facing.rivals)]
         if self._directions.turned == 1 or len(mine) > self._config.facing.swollen_most:
             return found
         larger = self._sizes.larger(frame, found, self._climbs[1])
         return found + larger[self._few_of_each_place(frame, larger, self._config.facing.rivals)]
+
+    def _told_apart(self, frame: ImageFrame, found: Ranked, lone: FacingLone) -> Ranked:
+        """Those of lone markers that go on."""
+        few = self._few_of_each_place(frame, found, self._config.facing.rivals)
+        best = self._few_of_each_place(frame, found, 1, lone.worth(frame, found.poses))
+        return found[lone.told_apart(frame, found.poses, few, best)]
 
     def _settled(self, finder: WholeObjectFinder, frame: ImageFrame, few: Ranked) -> Ranked:
         """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are
@@ -228,12 +239,15 @@ class FacingSearch:
         np.maximum.at(best, blob, votes)
         return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
-    def _few_of_each_place(self, frame: ImageFrame, found: Ranked, rivals: int) -> NDArray[np.int64]:
+    def _few_of_each_place(
+        self, frame: ImageFrame, found: Ranked, rivals: int, worth: Array | None = None
+    ) -> NDArray[np.int64]:
         """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
-        must look at."""
+        must look at. :param worth: (H,) by what they are the best; None: by their votes."""
+        worth = found.votes if worth is None else worth
         rows = np.flatnonzero(found.votes > self._config.verdict.min_votes)
         poses = found.poses[rows]
-        best = np.argsort(self.finder.alternatives.contradicted(frame, poses) - found.votes[rows], kind="stable")
+        best = np.argsort(self.finder.alternatives.contradicted(frame, poses) - worth[rows], kind="stable")
         order, poses = rows[best], poses[best]
         anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 from settings import DEFAULTS, settings
 from solids import rectangle
-from squares import TEAM, Placing, patch, rendered
+from squares import SIZE, TEAM, Placing, patch, rendered
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import wrap_angle
@@ -14,8 +14,9 @@ from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.differing import differing_odds
+from artrec_ros.core.pose.differing import MarkerPixels, differing_odds, odds_among
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.seen_alike import SeenAlike
 from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
@@ -95,7 +96,8 @@ def odds_at(placing, image):
     finder = WholeObjectFinder(Target("lever", model_of(lever(SHALLOW)), TEAM), DEFAULTS, facing=True)
     frame = ImageFrame(LabelField(image)).faced()
     pose = placing.pose(frame.camera)
-    return float(differing_odds(finder, frame, pose, finder.seen_alike.of([0]).of(pose))[0])
+    both = Poses.concatenate([pose, finder.seen_alike.of([0]).of(pose)])
+    return float(differing_odds(finder, frame, both)[1, 0])
 
 
 def test_only_pixels_in_which_two_turns_differ_tell_them():
@@ -130,3 +132,58 @@ def test_what_the_file_has_as_good_as_the_same_is_told_right_too_and_costs_no_ce
 def test_turns_are_others_that_its_outline_tells_by_little(deep, turns):
     """Of what is the same after a turn nothing tells that, and nobody asks; what is quite another shape is no rival."""
     assert len(SeenAlike(SpatialModel(model_of(lever(deep)), TEAM, DEFAULTS.votes)).of([0])) == turns
+
+
+def test_all_pixels_of_an_outline_are_counted():
+    """Be it large or small, whole or half beyond the image; what it lacks speaks against it."""
+    for scale, x in ((90.0, 40.0), (500.0, 80.0), (500.0, 0.0)):
+        placing = Lever(x, 60.0, 0.4, scale)
+        image = rendered(placing)
+        finder = WholeObjectFinder(Target("lever", model_of(lever(DEEP)), TEAM), DEFAULTS, facing=True)
+        frame = ImageFrame(LabelField(image)).faced()
+        pose, pixels = placing.pose(frame.camera), MarkerPixels(finder.surface)
+        (own,) = pixels.own(frame, pose)
+        assert own == pytest.approx((image == TEAM).sum(), rel=0.03, abs=6)
+    assert pixels.own(ImageFrame(LabelField(np.zeros_like(image))).faced(), pose)[0] < 0
+
+
+def of_like_blades(odd):
+    """(n, 2) three blades, one of which is shorter."""
+    length = np.repeat([0.08 * odd, 0.08, 0.08], 4) * np.tile([0.25, 1, 1, 0.25], 3)
+    way = np.repeat(2 * np.pi * np.arange(3) / 3, 4) + np.tile([-0.5, -0.15, 0.15, 0.5], 3)
+    return np.column_stack([length * np.cos(way), length * np.sin(way)])
+
+
+ODD = 0.92  # length of the short one
+
+
+def image_of(outline, placing):
+    image = np.zeros(SIZE[::-1], np.uint8)
+    return cv2.fillPoly(image, [(16 * placing.at(outline)).round().astype(np.int32)], TEAM, shift=4)
+
+
+def shares_of(image, placing, first):
+    """Of three turns, by that which is compared with the others."""
+    finder = WholeObjectFinder(Target("rotor", model_of(of_like_blades(ODD)), TEAM), DEFAULTS, facing=True)
+    frame = ImageFrame(LabelField(image)).faced()
+    pose = placing.pose(frame.camera)
+    turns = finder.seen_alike.of([0]).of(pose)
+    every = Poses.concatenate([pose, turns])
+    order = [first, *(n for n in range(3) if n != first)]
+    worth = np.zeros(3)
+    worth[order[1:]] = odds_among(finder, frame, every[order])
+    return np.exp(worth) / np.exp(worth).sum()
+
+
+def test_turns_are_as_probable_whichever_is_compared_with_the_others():
+    """Two by two each may be the likelier one."""
+    placing = Placing(75.0, 60.0, 0.4, 500.0)
+    image = image_of(of_like_blades(ODD), placing)
+    way = 2 * np.pi * np.arange(3) / 3
+    tips = placing.at(0.075 * np.column_stack([np.cos(way), np.sin(way)]))
+    for (x, y), radius in zip(tips.round().astype(int).tolist(), (3, 4, 2), strict=True):  # dirt
+        cv2.circle(image, (x, y), radius, 0, -1)
+    each = [shares_of(image, placing, first) for first in range(3)]
+    assert each[1] == pytest.approx(each[0], abs=0.1) and each[2] == pytest.approx(each[0], abs=0.1)
+    clear = shares_of(image_of(of_like_blades(ODD), placing), placing, 1)
+    assert clear[0] > 0.95 and max(each[0]) < clear[0]

@@ -18,6 +18,7 @@ from ..model.marker import Marker
 from ..model.objects import ObjectModel
 from .bends import Bends
 from .grid_kernels import Grid, best_on_grid
+from .guesses import is_small
 from .pose_fit import fit_component
 from .poses import Poses
 from .surface_model import SpatialModel
@@ -108,6 +109,28 @@ class FacingGuesser:
             T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
             n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
             yield Guesses(self.lifted(T[:n], frame, m), votes[:n], rows[of[:n]] + size * len(blobs))
+        if sizes == 1 and len(self._surface.markers) == 1:
+            yield from self._aligned(frame, blobs, rows, within, banks)
+
+    def _aligned(
+        self,
+        frame: ImageFrame,
+        blobs: Sequence[Blob],
+        rows: NDArray[np.int64],
+        within: Array,
+        banks: Sequence[ViewBank],
+    ) -> Iterator[Guesses]:
+        """Alignments of a lone outline with those of whole blobs, as the paper has them: a grid lays a marker's middle
+        on pixels of its class, and that of a ring or a wave lies beside them; and of what is slender or has many teeth
+        its steps are too coarse. Where there are other markers these tell as well, and blobs hold parts of several.
+
+        :param within: (B, 2) least and greatest scales.
+        """
+        for (m, bank), (row, (least, most)) in product(enumerate(banks), zip(rows.tolist(), within, strict=True)):
+            if not is_small(blobs[row], self._config.guesses):
+                T, votes, _ = bank.align_blob(frame, blobs[row], self._config.facing.aligned, self._config.blobs, 0)
+                kept = np.flatnonzero((T[:, 3] >= least) & (T[:, 3] <= most))
+                yield Guesses(self.lifted(T[kept], frame, m), votes[kept], np.full(len(kept), row))
 
     def fitted(self, frame: ImageFrame, poses: Poses) -> Poses:
         """What was laid on blobs, fitted to the component's contours; those that the deadline leaves stay.

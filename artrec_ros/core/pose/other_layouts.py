@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .alternatives import Reading
-from .differing import differing_odds
+from .differing import odds_among
 from .finder import WholeObjectFinder
 from .laid_otherwise import log_unseen
 from .poses import Poses
@@ -64,7 +64,9 @@ class Layouts:
                 found.append(others)
                 odds.append(log_odds)
                 of += [h] * len(others)
-                by_seen += [asked.by_seen] * len(others)
+                # of a lone one which way round it is counts where its file says more than that it is alike
+                uncounted = asked.same if finder.is_lone_marker else np.zeros(len(others), bool)
+                by_seen += (asked.by_seen & ~uncounted).tolist()
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
         read = finder.alternatives.read([looks[h] for h in whose.tolist()], every)
         return cls(every, whose[len(poses) :], np.concatenate(odds), np.array(by_seen, bool), read)
@@ -157,9 +159,8 @@ def _asked(
         return
     others = finder.seen_alike.of(seen)
     laid = others.of(pose)
-    if len(finder.surface.markers) == 1:  # which way round it is counts where its file says more than that it is alike
-        for rows in (np.flatnonzero(~others.same), np.flatnonzero(others.same)):
-            yield _Asked(laid[rows], others.same[rows], look, not others.same[rows].any())
+    if finder.is_lone_marker:  # all its turns together: two by two each may be the likelier one
+        yield _Asked(laid, others.same, look, True)
     elif len(others):
         yield _Asked(laid, others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
     if finder.on_likes.any and not frame.deadline.expired:
@@ -188,8 +189,8 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         odds = odds + unseen[1:] - unseen[0]
         kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
         others, odds = others[kept], odds[kept]
-    elif len(finder.surface.markers) == 1:
-        odds = differing_odds(finder, look, told, others)
+    elif finder.is_lone_marker:
+        return others, odds_among(finder, look, both)
     else:
         odds = turn_odds(finder, look, told, others)
     if asked.lone is not None:

@@ -48,6 +48,15 @@ class FacingConfig(Room):
     turns: int = param(
         16, "directions that are tried", low=4, high=360, paths=_FACING, origin="22 degrees apart, likewise"
     )
+    aligned: int = param(
+        8,
+        "alignments of the outline of an object that is one marker with that of a large blob that go on beside these",
+        low=1,
+        high=1000,
+        paths=_FACING,
+        origin="benchmarks/random_silhouettes.py: of 1440 scaled to a quarter and more 90 were missed, of open rings "
+        "most; with these none",
+    )
     disc_step: float = param(
         0.6,
         "where the component is a disc, in place of `turns`: by how much markers around it move at most from one "

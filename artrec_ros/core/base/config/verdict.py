@@ -185,12 +185,13 @@ class VerdictConfig(Room):
         "bore out less one",
     )
     differing_odds: tuple[float, ...] = param(
-        (1.7, 0.06),
+        (1.26, 0.024, 3.08, 0.21),
         "log odds between two turns of an object that is one flat marker: so many times the logarithm of how many of "
-        "the pixels in which both differ speak for each, and of these many more (px^2)",
-        low=0.01,
+        "the pixels in which both differ speak for each, and of these many more (px^2); and so many times what votes "
+        "and contours say, as of turn_odds",
+        low=0.0,
         high=1000,
-        length=2,
+        length=4,
         paths=("facing",),
         origin="benchmarks/lone_turns.py",
     )

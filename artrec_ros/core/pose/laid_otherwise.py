@@ -12,13 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
-from .poses import PatchScores, Poses
-from .surface_kernels import LEAST_DEPTH_M
-from .turn_evidence import even_odds, odds_by_seen
+from .poses import Poses
+from .turn_evidence import odds_by_seen
+from .unseen import in_view, log_unseen
 
 
 class LaidOtherwise(NamedTuple):
@@ -76,14 +75,13 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
         return None
     config, scores = finder.config.verdict, finder.voter.judge(frame, both, occlusion=True)
     fitted = finder.on_likes.any
-    votes = finder.voter.borne_out(scores) if fitted else finder.voter.total(scores)
-    unseen = log_unseen(finder, frame, both, scores)
+    votes = finder.voter.borne_out(scores)
+    unseen = log_unseen(finder, in_view(finder, frame, both, scores).lacking)
     rows = np.append(0, np.flatnonzero(votes[1:] > config.mirrored_votes * votes[0]) + 1)
     told, both, log_odds = both[rows[:1]], both[rows[1:]], (unseen - unseen[0])[rows[1:]]
     if not len(both):
         return None
-    odds = odds_by_seen if fitted else even_odds
-    log_odds = log_odds + odds(finder, frame, told[np.zeros(len(both), int)], both)
+    log_odds = log_odds + odds_by_seen(finder, frame, told[np.zeros(len(both), int)], both)
     likelier = log_odds > config.least_turn_odds
     if fitted and used.all():  # what looks the same throughout is another place only where it is likelier
         kept = np.flatnonzero(likelier | ~finder.on_likes.same(frame.camera, pose, both))
@@ -92,16 +90,3 @@ def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDA
         kept = finder.on_likes.distinct(frame.camera, pose, both, log_odds)
         both, log_odds, likelier = both[kept], log_odds[kept], likelier[kept]
     return LaidOtherwise(both, np.where(likelier, log_odds, np.minimum(log_odds, 0.0))) if len(both) else None
-
-
-def log_unseen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> Array:
-    """(H,) log probability of what is not to be seen of H poses though it is in the image: something unknown hides each
-    for itself, or all together, and then any number of them as easily."""
-    surface, share, (width, height) = finder.surface, finder.config.verdict.hidden_share, frame.camera.size
-    at = finder.through_middles.places(poses, surface.markers)
-    x, y = project(frame.camera, at).transpose(2, 0, 1)
-    in_view = (scores.area_px[:, surface.marker_columns] > finder.config.min_blob_px) & (at[..., 2] > LEAST_DEPTH_M)
-    in_view &= (x > 0) & (x < width - 1) & (y > 0) & (y < height - 1)
-    count = (in_view & ~finder.voter.supported(scores)).sum(axis=1)
-    together = np.where(count > 0, np.log(share / len(surface.markers)), 0.0)
-    return np.maximum(count * np.log(share), together)

@@ -20,9 +20,9 @@ from ..image.image_frame import ImageFrame
 from .alternatives import Reading
 from .differing import odds_among
 from .finder import WholeObjectFinder
-from .laid_otherwise import log_unseen
 from .poses import Poses
 from .turn_evidence import odds_by_seen, turn_odds
+from .unseen import in_view, log_unseen, log_unseen_bent
 
 
 @dataclass(frozen=True, eq=False)
@@ -183,12 +183,14 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     told = both[np.zeros(len(others), int)]
-    if asked.fitted:
+    if asked.fitted or (asked.by_seen and asked.lone is None and not finder.is_lone_marker):
         odds = odds_by_seen(finder, look, told, others)
-        unseen = log_unseen(finder, look, both, finder.voter.judge(look, both, occlusion=True))
+        scores = finder.voter.judge(look, both, occlusion=True)
+        unseen = log_unseen(finder, in_view(finder, look, both, scores).lacking)
         odds = odds + unseen[1:] - unseen[0]
-        kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
-        others, odds = others[kept], odds[kept]
+        if asked.fitted:
+            kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
+            others, odds = others[kept], odds[kept]
     elif finder.is_lone_marker:
         return others, odds_among(finder, look, both)
     else:
@@ -197,6 +199,18 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         alone = np.zeros(len(others))  # how well a fit came to rest tells nothing of what is the same after its turn
         if not asked.same.all():
             alone = np.where(asked.same, 0.0, turn_odds(finder, look, told, others, asked.lone))
-        most = np.log(1 / config.hidden_share - 1)
-        odds = alone + np.clip(odds - alone, -most, most)
+        odds = alone + _by_others(finder, look, both, asked.lone, odds - alone)
     return others, np.where(odds > config.least_turn_odds, odds, np.minimum(odds, 0.0)) if asked.by_seen else odds
+
+
+def _by_others(finder: WholeObjectFinder, look: ImageFrame, both: Poses, lone: int, votes: Array) -> Array:
+    """(K,) log odds of turns about a lone component by the others, behind the pose that is told: as far as these should
+    be seen and are not; where labels show some of one after all, by votes.
+
+    :param votes: (K,) log odds by these.
+    """
+    others = np.flatnonzero(finder.surface.component[finder.surface.markers] != lone)
+    scores = finder.voter.judge(look, both, occlusion=True)
+    seen = np.any(in_view(finder, look, both, scores).seen[:, others], axis=1)
+    unseen, most = log_unseen_bent(finder, look, both), np.log(1 / finder.config.verdict.hidden_share - 1)
+    return np.clip(np.where(seen[1:] | seen[0], votes, unseen[1:] - unseen[0]), -most, most)

@@ -17,6 +17,7 @@ from ..image.image_frame import ImageFrame
 from .finder import WholeObjectFinder
 from .pose_fit import but_for_common
 from .poses import Poses
+from .unseen import in_view
 
 _EXACT_PX = 0.03  # contours as near as that to labels' edges are on them: nothing is told by how much nearer
 _SHARES = 0.3, 2.0  # of votes, beyond which more tells nothing
@@ -61,9 +62,11 @@ def odds_by_seen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, oth
     seen unexplained."""
     h, both, voter = len(poses), Poses.concatenate([poses, others]), finder.voter
     scores = voter.judge(frame, both, occlusion=True)
-    used = voter.supported(scores).reshape(2, h, -1)
-    as_many = used[1].sum(axis=1) >= used[0].sum(axis=1)
-    votes = np.where(as_many, voter.borne_out(scores).reshape(2, h), voter.total(scores).reshape(2, h))
+    used, seen = voter.supported(scores).reshape(2, h, -1), in_view(finder, frame, both, scores).seen
+    count = seen.reshape(2, h, -1).sum(axis=2)
+    as_many, shown = count[1] >= count[0], scores.votes[:, finder.surface.marker_columns]
+    by_seen = np.where(seen, shown, 0.0).sum(axis=1)
+    votes = np.where(as_many, by_seen.reshape(2, h), voter.total(scores).reshape(2, h))
     found = contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
     at_first, *weights = _weights(finder, frame)
     return found.log_odds((0.0, *weights)) + np.where(as_many, 0.0, at_first)

@@ -93,7 +93,7 @@ class Describer:
         shares = shown.layouts.as_told(shown.names).tolist()
         lies = zip(detections, shares, [verdicts[n] for n in first], strict=True)
         detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
-        return beside_other_places(self.finder, frame.camera, shown.layouts, shown.names, detections)
+        return beside_other_places(self.finder, frame, shown.layouts, shown.names, detections)
 
     def _as_seen(
         self, rest: AtRest, shown: Shown, frame: ImageFrame, among: Sequence[Verdict], blobs: Sequence[Blob]
@@ -132,7 +132,7 @@ class Describer:
         out = list[Detection]()
         for n, d in enumerate(detections):
             d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])
-            d = beside_laid_otherwise(finder, frame.camera, poses[n : n + 1], rest.laid[n], d)
+            d = beside_laid_otherwise(finder, frame, poses[n : n + 1], rest.laid[n], d)
             d = bent_otherwise(bent_otherwise(d, bends[n]), siblings[n])
             out.append(in_doubt_of(finder, d, left_over[n]))
         return out

@@ -16,6 +16,7 @@ from ..model.found import Missing, MissingState
 from ..model.kinematics import Frames
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_kernels import LEAST_DEPTH_M
+from ..pose.unseen import in_view
 from .claims import silhouette
 from .verdicts import Verdict
 
@@ -55,7 +56,7 @@ class MissingParts:
     """Those of one target's objects."""
 
     def __init__(self, finder: WholeObjectFinder) -> None:
-        self._surface, self._least_px = finder.surface, finder.config.min_blob_px
+        self._finder, self._surface, self._least_px = finder, finder.surface, finder.config.min_blob_px
         self._thin_px, self._told_agree = finder.config.votes.ring_width_px, finder.config.verdict.told_agree
         patches = [self._surface.patches[p] for p in self._surface.markers]
         self._normal = np.array([p.normal for p in patches])
@@ -82,14 +83,17 @@ class MissingParts:
         left = [sorted(set(range(len(self._names))) - mine) for mine in told]
         if not any(left):
             return [()] * len(verdicts)
-        states, out = self._states(view, frames, frame), list[tuple[Missing, ...]]()
+        states, out = self._states(verdicts, view, frames, frame), list[tuple[Missing, ...]]()
         for h, verdict in enumerate(verdicts):
             doubted = {c: p for c, p in probable[h].items() if c != self._surface.root}
             out.append(tuple(self._missing(h, c, states[h], doubted, view, verdict, among, frame) for c in left[h]))
         return out
 
-    def _states(self, view: MarkersInView, frames: Frames, frame: ImageFrame) -> NDArray[np.int64]:
-        """(H, M) which of `_STATES` each marker is in, if it shows nothing."""
+    def _states(
+        self, verdicts: Sequence[Verdict], view: MarkersInView, frames: Frames, frame: ImageFrame
+    ) -> NDArray[np.int64]:
+        """(H, M) which of `_STATES` each marker is in, if it shows nothing. One that is mostly beyond the image's
+        border is not seen where enough of it is in plain view and does not bear its class."""
         R, t = frames.R[:, self._of], frames.t[:, self._of]
         at = (R @ self._middle[:, :, None])[..., 0] + t
         towards = -np.sum((R @ self._normal[:, :, None])[..., 0] * at, axis=2)
@@ -97,9 +101,12 @@ class MissingParts:
         scale, share = frame.camera.focal_px / np.maximum(view.depth, LEAST_DEPTH_M), view.seen.mean(axis=2)
         area_px = self._area * scale**2 * np.maximum(cosine, 0.0) * share
         away = cosine <= self._surface.limits.least_cosine
-        beyond = (view.depth <= LEAST_DEPTH_M) | (view.within.mean(axis=2) < _OPEN)
+        within = view.within.mean(axis=2)
+        claims = [v.claim for v in verdicts]
+        bare = np.concatenate([in_view(self._finder, c.frame, c.poses, c.scores).lacking for c in claims])
+        beyond = (view.depth <= LEAST_DEPTH_M) | ((within < _OPEN) & ~bare)
         state = np.where(area_px < self._least_px, _TOO_SMALL, _NOT_SEEN)
-        for holds, which in ((share < _OPEN, _HIDDEN), (beyond, _OUT_OF_VIEW), (away, _TURNED_AWAY)):
+        for holds, which in ((share < _OPEN * within, _HIDDEN), (beyond, _OUT_OF_VIEW), (away, _TURNED_AWAY)):
             state[holds] = which
         return state
 

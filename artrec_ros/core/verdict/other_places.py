@@ -10,6 +10,7 @@ import numpy as np
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.transforms import Array, Pose
+from ..image.image_frame import ImageFrame
 from ..model.found import Detection, ImagePose, Instance, OtherPlace
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
@@ -17,11 +18,12 @@ from ..pose.laid_otherwise import LaidOtherwise
 from ..pose.other_layouts import Layouts
 from ..pose.poses import Poses
 from ..pose.surface_model import SpatialModel
+from ..pose.unseen import in_view
 
 
 def beside_other_places(
     finder: WholeObjectFinder,
-    camera: Camera,
+    frame: ImageFrame,
     layouts: Layouts,
     names: Sequence[int | None],
     detections: Sequence[Detection],
@@ -31,27 +33,27 @@ def beside_other_places(
     shares, h, out = layouts.shares(names), len(detections), list(detections)
     for n in sorted(set(layouts.of[layouts.by_seen].tolist())):
         rows = [n, *(h + np.flatnonzero(layouts.of == n)).tolist()]
-        out[n] = _beside(finder, camera, layouts.poses[rows], shares[rows], out[n])
+        out[n] = _beside(finder, frame, layouts.poses[rows], shares[rows], out[n])
     return out
 
 
 def beside_laid_otherwise(
-    finder: WholeObjectFinder, camera: Camera, pose: Poses, laid: LaidOtherwise | None, detection: Detection
+    finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, laid: LaidOtherwise | None, detection: Detection
 ) -> Detection:
     """One that is found in space."""
     if laid is None:
         return detection
-    return _beside(finder, camera, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
+    return _beside(finder, frame, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
 
 
-def _beside(finder: WholeObjectFinder, camera: Camera, poses: Poses, shares: Array, d: Detection) -> Detection:
+def _beside(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: Array, d: Detection) -> Detection:
     """A detection whose score counts how probable it is among its layouts, with the likeliest other one beside it; a
     component's score counts all those that leave it where it is. What faces the camera and is turned about a lone
     component is where that is seen, whichever way: that share is one of `as_told`.
 
     :param poses: the one that is told, and the others. :param shares: probability of each.
     """
-    surface, places = finder.surface, _places(finder.surface, camera, poses)
+    surface, places = finder.surface, _places(finder.surface, frame.camera, poses)
     off_px = np.linalg.norm(places[:, :, :2] - places[0, :, :2], axis=2)
     stays = shares @ (off_px < OFF * (np.sqrt(surface.area[surface.markers]) * places[0, :, 3]))
     parts = tuple(replace(c, score=c.score * float(stays[_row(surface, c)])) for c in d.components)
@@ -59,7 +61,7 @@ def _beside(finder: WholeObjectFinder, camera: Camera, poses: Poses, shares: Arr
     lies = _laid(finder, d, places[best])
     place = OtherPlace(lies, float(shares[best]))
     if turns and len(poses) == 2:
-        place = replace(place, told=_turned_there(finder, d, lies, places[best], poses[best : best + 1], camera))
+        place = replace(place, told=_turned_there(finder, d, lies, places[best], poses[best : best + 1], frame))
     likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
     return replace(
         d,
@@ -78,13 +80,14 @@ def _laid(finder: WholeObjectFinder, detection: Detection, places: Array) -> Ima
 
 
 def _turned_there(
-    finder: WholeObjectFinder, d: Detection, image: ImagePose, places: Array, pose: Poses, camera: Camera
+    finder: WholeObjectFinder, d: Detection, image: ImagePose, places: Array, pose: Poses, frame: ImageFrame
 ) -> Detection:
     """An object of which one component is told, as it is told there. :param places: (M, 4) of all markers."""
-    surface, (width, height) = finder.surface, camera.size
+    surface, (width, height) = finder.surface, frame.camera.size
     names = [c.name for c in surface.model.components]
     at = {names[c]: row for row, c in reversed(list(enumerate(surface.component[surface.markers].tolist())))}
     missing = [replace(m, x=float(places[at[m.component], 0]), y=float(places[at[m.component], 1])) for m in d.missing]
+    bare = in_view(finder, frame, pose, finder.voter.judge(frame, pose, occlusion=True)).lacking[0]
     (part,) = d.components
     x, y, theta, scale = places[_row(surface, part)].tolist()
     return replace(
@@ -93,7 +96,8 @@ def _turned_there(
         pose=None if d.pose is None else Pose(pose.R[0], pose.t[0]),
         components=(replace(part, x=x, y=y, theta=theta, scale=scale),),
         missing=tuple(
-            replace(m, state="not seen" if 0 <= m.x < width and 0 <= m.y < height else "out of view") for m in missing
+            replace(m, state="not seen" if bare[at[m.component]] or in_image else "out of view")
+            for m, in_image in ((m, 0 <= m.x < width and 0 <= m.y < height) for m in missing)
         ),
     )
 

@@ -58,6 +58,15 @@ def test_beyond_the_border_it_is_out_of_view():
     assert lacking["hind"].state == "out of view" and lacking["hind"].x < 0
 
 
+@pytest.mark.parametrize(("drawn", "state"), [(True, "out of view"), (False, "not seen")])
+def test_what_is_mostly_beyond_the_border_is_not_seen_where_the_rest_does_not_bear_its_class(drawn, state):
+    torso, fore, hind = truck().components
+    model, without = truck(), ObjectModel("truck", (torso, fore, replace(hind, markers=())))
+    at = pose(-0.22, 0, 0.6, 0.1, model=model)
+    lacking = missing_of(model, at, seen((model if drawn else without, at)))
+    assert list(lacking) == ["hind"] and lacking["hind"].state == state and lacking["hind"].x < 0
+
+
 def test_what_another_object_covers_is_hidden_by_it():
     model = truck()
     near, far = pose(0.13, 0.07, 0.5, 0.1, model=model), pose(0.0, 0, 0.9, 0.1, model=model)

@@ -216,8 +216,8 @@ class VerdictConfig(Room):
     hidden_share: float = param(
         0.2,
         "share of an object's components that are in the image and not to be seen, for something unknown hides them: "
-        "that one should be seen and is not speaks against the place of a flat object by no more; in space, where what "
-        "is seen tells a place no better than others, each so, or all together, and then any number as easily",
+        "that one should be seen and is not, be it that enough of it is in the image, speaks against a place by no "
+        "more; where several components are seen, each so, or all together, and then any number as easily",
         low=0.001,
         high=0.5,
         paths=("space", "facing"),

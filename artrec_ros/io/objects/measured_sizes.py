@@ -53,8 +53,9 @@ def _slanted(pictured: Array, width_m: float, height_m: float, ratio: float, pla
     slant = np.degrees(np.arccos(min(ratio, 1 / ratio)))
     return (
         f"{place}: with its width of {width_m:.4g} m the picture has it {width_m * pictured[1] / pictured[0]:.4g} m "
-        f"high, not {height_m:.4g} m: it was taken at a slant of some {slant:.0f} degrees, or one of the two is wrong; "
-        "take it straight from in front, or straighten it by a rectangle around it (--corners, --rectangle)"
+        f"high, not {height_m:.4g} m: it was taken at a slant of some {slant:.0f} degrees, some of a background that "
+        "is not plain was taken for the marker, or one of the two is wrong; take it straight from in front, on one "
+        "colour, or straighten it by a rectangle around it (--corners, --rectangle)"
     )
 
 

@@ -26,6 +26,7 @@ from .scene_problems import scene_problems
 from .shared_classes import shared_classes
 from .structure import split_sides
 from .too_small import too_small
+from .wide_limits import wide_limits
 
 T = TypeVar("T")
 
@@ -67,6 +68,7 @@ def warnings(items: Sequence[Item]) -> Iterator[str]:
             for line in (*unborne(t.model), *shared_classes(t.model, t.label), *small):
                 said[line].append(t.name)
         yield from (f"{path}: {', '.join(names)}: {line}" for line, names in said.items())
+        yield from (f"{path}: {line}" for line in wide_limits(seen))
 
 
 def calibrated_images(items: Sequence[Item]) -> bool | None:

@@ -46,6 +46,21 @@ def test_markers_that_are_specks_at_the_least_scale_are_told(config, capsys):
     assert "the object is not found there" in line
 
 
+@pytest.mark.parametrize(("limits", "said"), [((73, 136), 1), ((73, 0), 1), ((95, 136), 0), ((0, 105), 0), ((0, 0), 0)])
+def test_limits_of_the_scale_that_say_nothing_beside_a_plane_are_told(config, capsys, limits, said):
+    """By the plane objects have 91 to 110 px/m."""
+    plane = {"image_points": [0.0, 0, 1280, 0, 1280, 720, 0, 720], "field_points": [0.0, 7.2, 12.8, 7.2, 12.8, 0, 0, 0]}
+    path, said_of = config / "excavator.yaml", dict(zip(("min_scale", "max_scale"), map(float, limits), strict=True))
+    parameters = yaml.safe_load(path.read_text())
+    (node,) = parameters.values()
+    plane = {name: [float(n) for n in numbers] for name, numbers in plane.items()} | {"scale_tolerance": 0.1}
+    node["ros__parameters"].setdefault("recognizer", {}).update(said_of)
+    node["ros__parameters"]["scene"] = {"plane": plane}
+    path.write_text(yaml.safe_dump(parameters))
+    lines = [line for line in inspect(capsys, path)[1].splitlines() if "say nothing beside scene.plane" in line]
+    assert len(lines) == said and all("90.9 to 110 px/m" in line for line in lines)
+
+
 def test_what_fits_gives_no_problem(tmp_path, config, capsys):
     bag = write_bag(tmp_path / "bag")
     truth = write_truth(tmp_path / "truth.jsonl")

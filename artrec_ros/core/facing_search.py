@@ -165,7 +165,7 @@ class FacingSearch:
         """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are
         the best of their places: its outline tells nothing of these turns, and a grid so coarse that other components
         lie beside their pixels keeps one by chance."""
-        found = finder.polished(frame, few, self._climbs[1])
+        found = finder.gone_on(frame, finder.polished(frame, few, self._climbs[1]))
         if not len(finder.in_place) or frame.deadline.expired:
             return found
         every = found + with_joints(finder, frame, finder.in_place.of(found.poses))

@@ -11,13 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..base.config import RecognizerConfig
-from ..geometry.transforms import Array, rotation_from_rotvec
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .colour_edge_kernels import ColourEdges, look_for_colours
+from .contour_steps import ContourSteps
 from .contour_term_kernels import ContourFit
-from .floor_term import equations, floor_term
-from .floor_term_kernels import FloorTerm
-from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
+from .pose_fit import contour_fit
 from .poses import Poses
 from .surface_model import SpatialModel
 
@@ -29,7 +28,7 @@ class ColourFit:
     """Fits one model's poses."""
 
     def __init__(self, surface: SpatialModel, config: RecognizerConfig) -> None:
-        self._surface, self._config = surface, config.fit
+        self._surface, self._config, self._steps = surface, config.fit, ContourSteps(surface, config.fit, facing=False)
         shown = [surface.patches[p].marker for p in surface.markers]
         self._radius_m = np.array([m.radius for m in shown if m is not None])
 
@@ -42,10 +41,10 @@ class ColourFit:
             return poses
         at, (fit, residual, weight) = poses, self.edges(frame, poses, used)
         before, seen = _misfit(residual, weight), _total(weight)
-        floor = floor_term(frame.scene.floor, self._config)
-        at_edges = weight_at_edges(self._surface, used, self._config, floor)
+        steps = self._steps.begun(frame, used)
         for _ in range(self._config.colour_rounds):
-            at, moved_px = self._step(at, fit, residual, weight, at_edges, floor)
+            # far residuals pull no more than those of a pixel (Huber)
+            at, moved_px = self._steps.step(steps, at, fit, residual, weight / np.maximum(1.0, np.abs(residual)))
             fit, residual, weight = self.edges(frame, at, used)
             if moved_px < _STILL_PX:
                 break
@@ -65,31 +64,6 @@ class ColourFit:
         )
         look_for_colours(terms, fit.point, fit.normal, half_px, residual, weight)
         return fit, residual, weight
-
-    def _step(
-        self, poses: Poses, fit: ContourFit, residual: Array, weight: Array, at_edges: Array, floor: FloorTerm
-    ) -> tuple[Poses, float]:
-        """One step of least squares, in which far residuals pull no more than those of a pixel (Huber); and how far it
-        takes the contours at most, pixels.
-
-        :param at_edges: (H,) see `ContourTerm`: paint may be larger than it was measured, and light spread otherwise.
-        """
-        config, kin, (H, _, _, n) = self._config, self._surface.kinematics, fit.jacobian.shape
-        r = residual.reshape(H, -1)
-        J = np.concatenate([fit.jacobian.reshape(H, -1, n), np.ones((*r.shape, 1))], axis=-1)
-        w = weight.reshape(H, -1) / np.maximum(1.0, np.abs(r))
-        held = np.empty((H, n + 1))  # per unit of a point's variance: steps are short (Levenberg)
-        held[:, :3] = (config.shift_sigma * np.maximum(poses.t[:, 2:], 1e-6)) ** -2.0
-        held[:, 3:n], held[:, 6:n] = config.bend_sigma**-2.0, (config.bend_sigma * kin.unit) ** -2.0
-        held *= config.point_sigma_px**2
-        held[:, n] = np.minimum(at_edges, AS_GOOD_AS_CERTAIN)
-        weighed = (J * w[..., None]).swapaxes(1, 2)
-        stands, down = equations(floor, poses, n + 1)
-        pull = weighed @ r[..., None] + down[..., None]  # of joints nothing more: those that nobody sees stay
-        step = -np.linalg.solve(weighed @ J + held[:, None] * np.eye(n + 1) + stands, pull)
-        x, moved = step[..., 0], np.where(w > 0, np.abs(J[..., :n] @ step[:, :n])[..., 0], 0.0)
-        R = rotation_from_rotvec(x[:, 3:6]) @ poses.R
-        return Poses(R, poses.t + x[:, :3], kin.bound(poses.q + x[:, 6:n])), float(moved.max(initial=0.0))
 
 
 def _misfit(residual: Array, weight: Array) -> Array:

@@ -298,6 +298,11 @@ class WholeObjectFinder:
         """Siblings of the best."""
         return self.required.flips(found.best(self._search.flip_keep, self._search).poses)
 
+    def gone_on(self, frame: ImageFrame, found: Ranked) -> Ranked:
+        """With fits of those beyond whose contours their class goes on: see `GoingOn`."""
+        farther = self.rest.gone_on(frame, found.poses)
+        return found + self.fit_all(frame, farther) if len(farther) else found
+
     def fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes; beside those
         that lean too much for the scene's floor, the same turned upright."""

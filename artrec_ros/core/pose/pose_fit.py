@@ -6,6 +6,7 @@ Gauss-Newton with Levenberg damping; each term is a file of its own, fit_kernels
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..base.config import FitConfig
 from ..geometry.transforms import Array
@@ -24,6 +25,7 @@ from .placed_kernels import Joints
 from .poses import Poses
 from .surface_model import SpatialModel
 
+_MOST_OFF = 3  # deviations
 _PIN = 1e9  # weight that holds a parameter: beyond all others, and no overflow
 AS_GOOD_AS_CERTAIN = 1e12  # a weight beyond all others that still is a number among them
 AT_ONCE = 64  # hypotheses between two looks at the clock
@@ -108,13 +110,20 @@ class Fit:
 
 
 def weight_at_edges(model: SpatialModel, use: np.ndarray, config: FitConfig, floor: FloorTerm) -> Array:
-    """(H,) see `ContourTerm.at_edges`: inf where neither a floor nor two markers that stand apart tell the range. What
-    is between markers that adjoin each other moves neither outwards nor inwards.
+    """(H,) see `ContourTerm.at_edges`: inf where neither a floor, two markers that stand apart nor a long one tell the
+    range. What is between markers that adjoin each other moves neither outwards nor inwards.
 
     :param use: (H, M) the markers that are fitted.
     """
-    several = is_told(floor) | ((use & model.stand_apart).sum(axis=1) > 1)
-    return np.where(several, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
+    apart = use & model.stand_apart
+    told = is_told(floor) | (apart.sum(axis=1) > 1) | (apart & far_ends(model, config).any(axis=1)).any(axis=1)
+    return np.where(told, (config.point_sigma_px / config.edges_off_px) ** 2, np.inf)
+
+
+def far_ends(model: SpatialModel, config: FitConfig) -> NDArray[np.bool_]:
+    """(M, m) contour points of long markers at their ends: where most of a contour is fitted to edges that are off, as
+    far as edges may be, these are beyond reach of theirs."""
+    return np.asarray(model.stretch > 1 + max(config.fine_reach_px) / (_MOST_OFF * config.point_sigma_px))
 
 
 def of_some(terms: Terms, part: slice) -> Terms:

@@ -12,6 +12,7 @@ from .climber import Climber
 from .colour_fit import ColourFit
 from .contour_term_kernels import ContourFit
 from .edges import would_show
+from .going_on import GoingOn
 from .pose_fit import Fit, contour_fit
 from .poses import PatchScores, Poses
 from .region_fit import RegionFit
@@ -28,6 +29,7 @@ class Resting:
     def __init__(self, voter: Voter, climber: Climber, config: RecognizerConfig, *, facing: bool) -> None:
         self._surface, self._voter, self._climber, self._config = voter.surface, voter, climber, config
         self._fit = Fit(voter.surface, config.fit, facing=facing)
+        self._going_on = GoingOn(voter.surface, config.fit, facing=facing)
         regions = StackedRegions if voter.surface.stacks else RegionFit
         self._facing, self.regions = facing, regions(voter.surface, config) if facing else None
         self._to_colours = self.regions or ColourFit(voter.surface, config)
@@ -38,6 +40,14 @@ class Resting:
             return poses
         supported = self._voter.supports(frame, poses) if used is None else used
         return self._fitted(frame, poses, supported)
+
+    def gone_on(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """Last fits of those beyond whose contours their class goes on, to where that ends."""
+        if not self._going_on.may_be:
+            return poses[:0]
+        used = self._surface.sides.with_all(self._voter.supports(frame, poses))
+        rows = self._going_on.rows(frame, poses, used)
+        return self._gone_on(frame, poses[rows], used[rows])
 
     def settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), which are finer than the votes, but for those
@@ -111,4 +121,17 @@ class Resting:
     def _fitted(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
         """Fits to the contours of the markers in use (H, M); what faces the camera stays within its scale's limits."""
         fitted = self._fit.of(frame, poses, use, self._config.fit.fine_reach_px, last=last)
+        if last:
+            again, begun = self._going_on.fitted_anew(frame, poses, fitted, use)
+            if len(again):
+                rows = np.arange(len(poses))
+                rows[again] = len(poses) + np.arange(len(again))
+                fitted = Poses.concatenate([fitted, self._gone_on(frame, begun, use[again])])[rows]
+        return self._climber.within_limits(frame.camera, fitted)
+
+    def _gone_on(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
+        if not len(poses):
+            return poses
+        farther = self._going_on.fitted(frame, poses, use)
+        fitted = self._fit.of(frame, farther, use, self._config.fit.fine_reach_px, last=True)
         return self._climber.within_limits(frame.camera, fitted)

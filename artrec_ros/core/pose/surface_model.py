@@ -210,6 +210,18 @@ class SpatialModel:
         return np.asarray(self.open_contour.all(axis=1))
 
     @cached_property
+    def outward(self) -> Array:
+        """(M, m, 3) unit normals of contours in their planes."""
+        return np.asarray(np.cross(self.contour_along, self.normal[self.markers][:, None]), np.float64)
+
+    @cached_property
+    def stretch(self) -> Array:
+        """(M, m) how many times as far from its marker's middle, along its normal, each contour point is as most are:
+        so many times as far as these it moves where the marker grows."""
+        far: Array = ((self.contour - self.centre[self.markers][:, None]) * self.outward).sum(axis=2)
+        return far / np.maximum(np.median(far, axis=1, keepdims=True), 1e-9)
+
+    @cached_property
     def solids(self) -> frozenset[int]:
         """See `convex_solids`."""
         return convex_solids(self.patches)

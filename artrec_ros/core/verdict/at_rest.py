@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.projection import project
 from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
@@ -104,7 +105,7 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     found = candidates(verdicts)
     poses = finder.rest.at_rest(frame, found, used)
     if finder.facing:
-        none = [None] * len(poses)
+        poses, none = _to_scale(finder, frame, poses), [None] * len(poses)
         return AtRest(verdicts, frames, poses, used, none, none, none, np.zeros(poses.q.shape), poses)
     poses = first = _in_reach(finder, frame, found, poses)
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
@@ -127,6 +128,17 @@ def _in_reach(finder: WholeObjectFinder, frame: ImageFrame, found: Poses, rested
     depth_m = finder.required.anchors(rested)[:, 2]
     left = (depth_m < near_m) | (depth_m > far_m)
     return Poses.concatenate([rested, found])[np.arange(len(found)) + len(found) * left] if left.any() else rested
+
+
+def _to_scale(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Poses:
+    """Poses that face the camera, where what is known of the scene has them no larger and no smaller about their
+    required components: what differs by more would be none."""
+    if not frame.scene:
+        return poses
+    anchors = finder.required.anchors(poses)
+    scale, limits = frame.camera.focal_px / anchors[:, 2], frame.scene.scale_limits(project(frame.camera, anchors))
+    farther = scale / np.clip(scale, *limits.T) - 1
+    return Poses(poses.R, poses.t + anchors * farther[:, None], poses.q) if farther.any() else poses
 
 
 def _judged_anew(

@@ -121,7 +121,7 @@ class FitConfig(Room):
     edges_off_px: float = param(
         0.3,
         "deviation of how far all edges of an object together lie outwards or inwards of where it ends, in the last "
-        "fit of one that shows several markers: seams, fringes, ink, blur",
+        "fit of one that shows several markers, or a long one: seams, fringes, ink, blur",
         unit="px",
         low=0.001,
         high=20,

@@ -88,6 +88,11 @@ def sign():
     return ObjectModel("sign", (Component("plate", (marker("face", CAB, RIGHT_SIDE, (0, 0, 0)),), required=True),))
 
 
+def plate():
+    """One component, one marker that is about as wide as long."""
+    return ObjectModel("plate", (Component("plate", (marker("face", GATE, RIGHT_SIDE, (0, 0, 0)),), required=True),))
+
+
 def slide():
     """A prismatic joint: a bar that moves along the plate's length."""
     plate = Component("plate", (marker("face", CAB, RIGHT_SIDE, (0, -0.001, 0)),), required=True)

@@ -17,6 +17,7 @@ from solids import (
     facing,
     jolted,
     marker,
+    plate,
     pose,
     rectangle,
     render,
@@ -233,9 +234,9 @@ def test_blended_colours_make_the_range_less_sure_and_hardly_where_it_lies():
     """An outline that is wider all around looks nearer, not elsewhere; how far apart several are that does not change,
     but each may be wider by itself, and so several are less sure, too, by less."""
     ratios = []
-    for name in ("sign", "truck"):
-        truth = pose(0.0, 0.0, 0.6, 0.5, 0.1, MODELS[name])
-        surface, frame, use = scene(MODELS[name], truth)
+    for model in (plate(), truck()):
+        truth = pose(0.0, 0.0, 0.6, 0.5, 0.1, model)
+        surface, frame, use = scene(model, truth)
         colours = replace(frame, image=np.zeros((*frame.field.labels.shape, 3), np.uint8))
         plain, blended = (np.diag(pose_covariances(surface, f, truth, use, DEFAULTS)[0]) for f in (frame, colours))
         ratios.append(blended[:3] / plain[:3])

@@ -96,7 +96,7 @@ class Segmenter:
         image = filtered(evenly_lit(image, self._config), self._config)
         if self._config.sharpen_px > 0:
             image = unblur(image, self._config.sharpen_px, self._config.sharpen_amount)
-            image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step)
+            image = sharpen(image, self._config.sharpen_px, self._config.sharpen_step, self._config.gamma)
         return np.take(self._table, packed(image))
 
 
@@ -126,7 +126,7 @@ def filtered(image: Image, config: ImageConfig) -> Image:
     """A colour image (H, W, 3) uint8 as colours are learned from it: smoothed, its blur undone, as configured."""
     if config.smoothing_px > 0:
         image = np.asarray(cv2.GaussianBlur(image, (0, 0), config.smoothing_px), np.uint8)
-    return deblur(image, config.blur_px, config.blur_noise, config.gamma) if config.blur_px > 0 else image
+    return deblur(image, config.blur_px, config.blur_noise) if config.blur_px > 0 else image
 
 
 def as_light(image: Image, gamma: float) -> Image:
@@ -136,33 +136,32 @@ def as_light(image: Image, gamma: float) -> Image:
     """
     if gamma == 1.0:
         return image
-    return np.asarray(cv2.LUT(image, np.rint(255 * _light(gamma)).astype(np.uint8)), np.uint8)
+    return np.asarray(cv2.LUT(image, np.rint(255 * _light_of(gamma)).astype(np.uint8)), np.uint8)
+
+
+def _light(values: Image, gamma: float) -> NDArray[np.uint8] | NDArray[np.uint16]:
+    """The same in steps so fine that values of the dark are told apart."""
+    return values if gamma == 1.0 else cv2.LUT(values, np.rint(65535 * _light_of(gamma)).astype(np.uint16))
 
 
 @cache
-def _light(gamma: float) -> NDArray[np.float64]:
+def _light_of(gamma: float) -> NDArray[np.float64]:
     """(256,) light of each value, 0 to 1."""
     return np.asarray((np.arange(256) / 255) ** gamma)
 
 
-@cache
-def _values(gamma: float) -> Image:
-    """(65536,) the value of each light in 16 bits."""
-    return np.asarray(np.rint(255 * (np.arange(1 << 16) / 65535) ** (1 / gamma)), np.uint8)
-
-
-def deblur(image: Image, blur_px: float, noise: float, gamma: float = 1.0) -> Image:
+def deblur(image: Image, blur_px: float, noise: float) -> Image:
     """An image as a sharper lens would have shown it: a Wiener filter for Gaussian blur, along rows, then columns.
 
+    A lens blurs light, but the filter takes noise to be even, and that is so of values, which are about its root (JPEG
+    rounds them; light scatters as its root). Undone in light, the noise of what is bright came threefold into the dark
+    beside it, which took any hue: outlines on dark ground were frayed, and poses too near.
+
     :param image: (H, W, 3) uint8. :param blur_px: the blur's standard deviation, pixels.
-    :param noise: power of the noise over that of the scene, the same at all frequencies. :param gamma: see `as_light`.
+    :param noise: power of the noise over that of the scene, the same at all frequencies.
     """
     taps = _wiener(blur_px, noise)
-    if gamma == 1.0:
-        return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
-    light = cv2.LUT(image, np.rint(65535 * _light(gamma)).astype(np.uint16))  # a lens blurs light, not values
-    # the dark beside bright things turns black by it: cut off, that made vehicles' patches run into dark rims
-    return np.take(_values(gamma), cv2.sepFilter2D(light, -1, taps, taps, borderType=cv2.BORDER_REPLICATE))
+    return np.asarray(cv2.sepFilter2D(image, -1, taps, taps, borderType=cv2.BORDER_REPLICATE), np.uint8)
 
 
 @cache
@@ -191,24 +190,25 @@ def unblur(image: Image, radius_px: int, amount: float) -> Image:
     return np.asarray(cv2.addWeighted(image, 1 + amount, surroundings, -amount, 0), np.uint8)
 
 
-def sharpen(image: Image, radius_px: int, step: float) -> Image:
+def sharpen(image: Image, radius_px: int, step: float, gamma: float = 1.0) -> Image:
     """Each channel of a pixel on a step moved to the nearer of the step's two ends.
 
     Lenses, demosaicing and JPEG blend a marker's colour with its neighbour's, and a blend can be a third class'
     colour (blue on white: sky blue). Between two colours all channels change sides at the same place, half way,
-    so the outline stays.
+    so the outline stays. Half way in light, which is what lenses blend: half of a value is outside of what is bright.
 
     :param image: (H, W, 3) uint8.
     :param radius_px: the ends are the least and the greatest value in a square of 2 radius + 1 pixels.
     :param step: least difference of the ends, 0..1; smaller ones are texture and noise and are left alone.
+    :param gamma: see `as_light`.
     """
     square = np.ones((2 * radius_px + 1, 2 * radius_px + 1), np.uint8)
     flat = np.ascontiguousarray(image).reshape(len(image), -1)  # channels side by side: one mask serves all
     high = cv2.dilate(image, square).reshape(flat.shape)
     low = cv2.erode(image, square).reshape(flat.shape)
-    below, above = cv2.subtract(high, flat), cv2.subtract(flat, low)
     is_step = cv2.compare(cv2.subtract(high, low), round(255 * step), cv2.CMP_GT)
-    nearer = cv2.copyTo(high, cv2.compare(below, above, cv2.CMP_LT), low)
+    lit, most, least = (_light(values, gamma) for values in (flat, high, low))
+    nearer = cv2.copyTo(high, cv2.compare(cv2.subtract(most, lit), cv2.subtract(lit, least), cv2.CMP_LT), low)
     return np.asarray(cv2.copyTo(nearer, is_step, flat.copy()), np.uint8).reshape(image.shape)
 
 

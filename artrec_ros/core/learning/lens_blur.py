@@ -13,6 +13,9 @@ from ..geometry.transforms import Array
 
 _LEARNING = LearningConfig()
 _SEEN_PX = 0.7  # standard deviation of the Gaussian with which gradients are taken
+# Variance of gradients of their own, pixels squared: a difference of pixels that are two apart (1/3), a pixel's extent,
+# which the sharpest picture has (1/12), and a peak that lies between pixels (as much)
+_OWN_PX2 = 1 / 3 + 1 / 12 + 1 / 12
 _LEAST_EDGES = 30  # edge pixels: fewer have no median worth the name
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]
@@ -49,7 +52,8 @@ def _blurs(image: NDArray[np.uint8], marked: NDArray[np.bool_]) -> Array:
     once, twice = first[tuple(peaks.T)], second[tuple(peaks.T)]
     strong = once >= np.quantile(once, 1 - _LEARNING.strong_edges)
     ratio = np.square(once[strong] / np.maximum(twice[strong], 1e-6))
-    return np.asarray(np.sqrt(np.maximum(_SEEN_PX**2 / np.maximum(ratio - 1, 1e-3) - _SEEN_PX**2, 0)))
+    seen = _SEEN_PX**2 / np.maximum(ratio - 1, 1e-3)  # of all that blurs the first gradients
+    return np.asarray(np.sqrt(np.maximum(seen - _SEEN_PX**2 - _OWN_PX2, 0)))
 
 
 def _gradients(image: NDArray[np.uint8], sigma_px: float) -> tuple[Array, Array]:

@@ -26,12 +26,12 @@ def squares(blur_px: float, side_px: int = 14, noise: float = 2.0, seed: int = 0
     return np.clip(np.rint(image + rng.normal(0, noise, image.shape)), 0, 255).astype(np.uint8), marked
 
 
-@pytest.mark.parametrize("blur_px", [1.0, 1.5, 2.0])
+@pytest.mark.parametrize("blur_px", [0.7, 0.8, 1.0, 1.5, 2.0])
 @pytest.mark.parametrize("side_px", [12, 24])
-def test_blur_is_told_to_a_quarter(blur_px: float, side_px: int) -> None:
-    assert lens_blur([squares(blur_px, side_px), squares(blur_px, side_px, seed=1)], IGNORED) == pytest.approx(
-        blur_px, rel=0.25
-    )
+def test_blur_is_told_and_not_what_pixels_and_gradients_add(blur_px: float, side_px: int) -> None:
+    """Rather too little than too much: what is undone beyond it frays outlines."""
+    told = lens_blur([squares(blur_px, side_px), squares(blur_px, side_px, seed=1)], IGNORED)
+    assert 0.8 * blur_px < told < 1.03 * blur_px
 
 
 @pytest.mark.parametrize("blur_px", [3.0, 6.0])

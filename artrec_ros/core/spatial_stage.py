@@ -43,6 +43,9 @@ class SpatialStage:
         """
         if not self._finders:
             return StageResult()
+        if recall is not None:
+            known = [(f.target.name, recall.expected(f)) for f in self._finders]
+            frame = frame.expecting({name: (poses.R, poses.t, poses.q) for name, poses in known if len(poses)})
         search = self._config.search
         judge = self._judge.in_one_frame()
         search_of = SpatialSearch(frame.hurried(search.search_share), judge, search, recall, self._crew)
@@ -54,7 +57,7 @@ class SpatialStage:
                 shared = looks.beside(list(more.items()))
         offers = Offers(self._describers, self._judge, frame, blobs, surplus_alone=True)
         told = offers.told(looks.candidates, shared, looks.again)
-        for finder, mine in zip(self._finders, told.verdicts, strict=True):
+        for finder, mine in zip(self._finders, told.go_on, strict=True):
             if recall is not None:
                 recall.accept(finder, mine, frame.camera)
                 recall.doubt(finder, verdicts_in_doubt(finder, self._judge, told), frame.camera)

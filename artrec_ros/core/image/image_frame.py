@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from dataclasses import field as of
 from functools import cached_property
@@ -14,6 +14,7 @@ from ..base.deadline import Deadline
 from ..geometry.camera import Camera
 from ..geometry.pixel_kernels import LabelView
 from ..geometry.scene import Scene
+from ..geometry.transforms import Array
 from .label_field import LabelField
 
 
@@ -27,6 +28,8 @@ class ImageFrame:
     :param image: (H, W, 3) uint8 the colours of which the labels were made; None: the labels came as they are.
     :param scene: what is known of where objects are.
     :param gamma: the colours' values grow with light to the power of its reciprocal.
+    :param expected: by their names poses at which objects of frames before are expected: turns (K, 3, 3), places (K, 3)
+        and joints (K, J).
     """
 
     field: LabelField
@@ -35,6 +38,7 @@ class ImageFrame:
     image: NDArray[np.uint8] | None = None
     scene: Scene = Scene()
     gamma: float = 1.0
+    expected: Mapping[str, tuple[Array, Array, Array]] = of(default_factory=dict)
 
     @property
     def camera(self) -> Camera:
@@ -77,6 +81,10 @@ class ImageFrame:
         """The same frame to objects that face the camera, whichever took it: they stand on no floor."""
         return replace(self, calibration=Camera.facing(self.size), scene=replace(self.scene, floor=None))
 
+    def expecting(self, poses: Mapping[str, tuple[Array, Array, Array]]) -> ImageFrame:
+        """The same frame with what is expected in it."""
+        return self._but("expected", poses)
+
     def unhurried(self) -> ImageFrame:
         """The same frame with all the time it takes."""
         return self._but("deadline", Deadline())
@@ -85,7 +93,7 @@ class ImageFrame:
         """The same frame with a share of the time that is left, so that later stages get theirs."""
         return self._but("deadline", self.deadline.part(share))
 
-    def _but(self, name: str, value: LabelField | Deadline) -> ImageFrame:
+    def _but(self, name: str, value: LabelField | Deadline | Mapping[str, tuple[Array, Array, Array]]) -> ImageFrame:
         """The same frame with another value, and with what is known of the others: some forty are made of each image,
         and `replace` would have all worked out anew for each."""
         other, known = object.__new__(type(self)), {**self.__dict__, name: value}

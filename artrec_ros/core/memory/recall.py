@@ -105,7 +105,8 @@ class Recall:
         return np.array([turns is not None and turns.waits(blob) for blob in blobs], bool)
 
     def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
-        """What is told of a target in this frame. What is not seen is forgotten where something new is in its place."""
+        """What is told of a target in this frame: one that was turned as is likelier is not to be followed as it was
+        found. What is not seen is forgotten where something new is in its place."""
         before, told, new = list(self.known(finder.target.name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
             seen = verdict.claim.poses, self.clock_s, verdict.claim.votes

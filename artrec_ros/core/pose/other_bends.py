@@ -17,8 +17,8 @@ from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from .across_kernels import bend_across
 from .finder import WholeObjectFinder
-from .other_turns import ANY_DEPTH, WORTH_REST
 from .poses import PatchScores, Poses
+from .rivals import ANY_DEPTH, WORTH_REST
 from .turn_evidence import Evidence, contour_evidence, share_of_votes, weighed
 
 _LEAST_BEND = 0.02  # radians: bends nearer to each other are one

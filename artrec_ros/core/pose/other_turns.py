@@ -13,7 +13,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,11 +25,10 @@ from .distinct import best_distinct
 from .finder import WholeObjectFinder
 from .other_sides import other_sides
 from .poses import Poses
+from .rivals import ANY_DEPTH, WORTH_FIT, Rivals, rivals_at_rest
 from .turn_evidence import even_odds, evidence, turn_odds
+from .turns_in_place import goes_on, turned_in_place
 
-WORTH_REST = 0.9  # share of what makes a rival without which a first fit will not become one by the last
-_WORTH_FIT = 0.5  # the same before that fit
-ANY_DEPTH = 0.0, np.inf
 _TILTS = 3  # of a pose that come to rest
 
 
@@ -41,13 +39,15 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    kinds = _turns(finder, frame, poses), _other_sides(finder, frame, poses), tilted_rivals(finder, frame, poses)
+    kinds = [of(finder, frame, poses) for of in (_mirrored, turned_in_place, _other_sides, tilted_rivals)]
     both = Poses.concatenate([poses, *(kind.poses for kind in kinds)])
     if len(both) == len(poses):
         return poses, others
     of, log_odds = (np.concatenate([kind[column] for kind in kinds]) for column in (1, 2))
     counts = [len(kind.of) for kind in kinds]
-    least, is_side = np.repeat([config.least_turn_odds] * 2 + [0.0], counts), np.repeat([False, True, False], counts)
+    least = np.repeat([config.least_turn_odds] * 3 + [0.0], counts)
+    is_side = np.repeat([False, False, True, False], counts)
+    in_place, known = np.repeat([False, False, True, False, False], [len(poses), *counts]), goes_on(finder, frame, both)
     rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely
     for h in np.unique(of).tolist():
@@ -60,7 +60,10 @@ def likelier_turns(
             continue
         second = int(rest[np.argmax(worth[rest])])
         rows[h], probability = rivals[first], float(1 / (1 + np.exp(worth[first] - worth[second])))
-        other = other_of(finder, both, int(rows[h]), int(rivals[second]), probability)
+        told, rival = int(rows[h]), int(rivals[second])
+        # what leaps from frame to frame tells whence, however sure this frame is of it: all together know better
+        leaps = (in_place[told] or in_place[rival]) and known[rival] and not known[told]
+        other = other_of(finder, both, told, rival, probability, least=0.0 if leaps else None)
         others[h] = other and replace(other, sides=_other_sides_share(worth, np.append(False, is_side[mine]), first))
     return both[rows], others
 
@@ -85,27 +88,13 @@ def _other_sides_share(worth: Array, is_side: NDArray[np.bool_], told: int) -> f
     return float(1 - 1 / (1 + np.exp(worth[other] - worth[told]).sum()))
 
 
-class Rivals(NamedTuple):
-    """Other poses at rest, whose each one is, and the log odds that it is the true one."""
-
-    poses: Poses
-    of: NDArray[np.int64]
-    log_odds: Array
-
-
-def _turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
-    """Mirrored turns and turns in place."""
+def _mirrored(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
+    """Mirrored turns."""
     mirrored, of = mirrored_turns(finder, frame, poses)
-    in_place, of_these = _turned_in_place(finder, frame, poses)
-    rivals, of = Poses.concatenate([mirrored, in_place]), np.concatenate([of, of_these])
     if not len(of):
-        return Rivals(rivals, of, np.zeros(0))
-    rivals = finder.rest.on_colours(frame, rivals, finder.voter.supports(frame, rivals))
-    log_odds = turn_odds(finder, frame, poses[of], rivals)
-    if n := len(of_these):
-        at_first, for_each = finder.config.verdict.in_place_odds
-        log_odds[-n:] += at_first + for_each * _more_borne_out(finder, frame, poses[of_these], rivals[-n:])
-    return Rivals(rivals, of, log_odds)
+        return Rivals(mirrored, of, np.zeros(0))
+    mirrored = finder.rest.on_colours(frame, mirrored, finder.voter.supports(frame, mirrored))
+    return Rivals(mirrored, of, turn_odds(finder, frame, poses[of], mirrored))
 
 
 def _other_sides(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
@@ -113,8 +102,8 @@ def _other_sides(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> 
     sides, of = poses[:0], np.zeros(0, np.int64)
     if len(finder.like_sides):
         told = finder.voter.votes(frame, poses, occlusion=True)
-        sides, of = other_sides(finder, frame, poses, _WORTH_FIT * finder.config.verdict.mirrored_votes * told)
-        sides, of = _at_rest(finder, frame, poses, told, sides, of, elsewhere=True)
+        sides, of = other_sides(finder, frame, poses, WORTH_FIT * finder.config.verdict.mirrored_votes * told)
+        sides, of = rivals_at_rest(finder, frame, poses, told, sides, of, elsewhere=True)
         best = _best_of_each(sides, finder.voter.votes(frame, sides, occlusion=True), of, finder.config.search)
         sides, of = sides[best], of[best]  # several may have come to rest at one
     if not len(of):
@@ -134,9 +123,14 @@ def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) ->
     return Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
 
 
-def other_of(finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float) -> OtherTurn | None:
-    """Of two of some poses the other one, beside the one that is told; None where it need not be known."""
-    if probability <= finder.config.verdict.least_other_turn:
+def other_of(
+    finder: WholeObjectFinder, poses: Poses, told: int, other: int, probability: float, least: float | None = None
+) -> OtherTurn | None:
+    """Of two of some poses the other one, beside the one that is told; None where it need not be known.
+
+    :param least: probability that need not be; None: that of `verdict.least_other_turn`.
+    """
+    if probability <= (finder.config.verdict.least_other_turn if least is None else least):
         return None
     short = short_way(poses.q[other] - poses.q[told], finder.surface.kinematics.endless)
     bent = dict(zip(finder.target.model.joint_names, (poses.q[told] + short).tolist(), strict=True))
@@ -148,7 +142,7 @@ def mirrored_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     flips, of = finder.required.flips_of_each(poses)
     if not len(flips):
         return flips, of
-    return _at_rest(finder, frame, poses, finder.voter.votes(frame, poses, occlusion=True), flips, of)
+    return rivals_at_rest(finder, frame, poses, finder.voter.votes(frame, poses, occlusion=True), flips, of)
 
 
 def _tilted_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
@@ -159,11 +153,11 @@ def _tilted_turns(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) ->
     niche, told = finder.config.search.niche_rad, finder.voter.votes(frame, poses, occlusion=True)
     tilted, of = tilts.of(poses)
     first = finder.ranked(frame, tilted)
-    worth = np.flatnonzero(first.votes > _WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
+    worth = np.flatnonzero(first.votes > WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
     fitted, of = finder.refit.of(frame, tilted[worth], ANY_DEPTH)[len(worth) :], of[worth]
     differ = np.flatnonzero(tilts.look_otherwise(poses[of], fitted.poses, niche))
     best = differ[_best_of_each(fitted.poses[differ], fitted.votes[differ], of[differ], finder.config.search)]
-    rivals, of = _at_rest(finder, frame, poses, told, fitted.poses[best], of[best])
+    rivals, of = rivals_at_rest(finder, frame, poses, told, fitted.poses[best], of[best])
     differ = np.flatnonzero(tilts.look_otherwise(poses[of], rivals, niche))
     return rivals[differ], of[differ]
 
@@ -175,56 +169,3 @@ def _best_of_each(found: Poses, votes: Array, of: NDArray[np.int64], config: Sea
         mine = np.flatnonzero(of == h)
         best.append(mine[best_distinct(found[mine], votes[mine], _TILTS, config)])
     return np.concatenate(best)
-
-
-def _turned_in_place(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
-    """The same of turns that the required component's outline does not tell, joints sought anew."""
-    ways, h = finder.in_place, len(poses)
-    if not len(ways) or not h:
-        return poses[:0], np.zeros(0, np.int64)
-    bent = finder.surface.search_joints(frame, ways.of(poses), finder.first_grids)
-    turned = finder.climber.sweep(frame, finder.ranked(frame, bent))
-    told, of = finder.voter.votes(frame, poses, occlusion=True), np.repeat(np.arange(h), len(ways))
-    worth = np.flatnonzero(turned.votes > _WORTH_FIT * finder.config.verdict.mirrored_votes * told[of])
-    return _at_rest(finder, frame, poses, told, turned.poses[worth], of[worth])
-
-
-def _at_rest(
-    finder: WholeObjectFinder,
-    frame: ImageFrame,
-    poses: Poses,
-    told: Array,
-    flips: Poses,
-    of: NDArray[np.int64],
-    *,
-    elsewhere: bool = False,
-) -> tuple[Poses, NDArray[np.int64]]:
-    """Those of some other turns of poses, at rest, that may be the true ones.
-
-    :param told: (H,) votes of the poses. :param of: whose each other turn is. :param elsewhere: the required component
-        need not be where it is.
-    """
-    if not len(flips):
-        return flips, of
-    first = finder.refit.of(frame, flips, ANY_DEPTH)[len(flips) :]
-    least = finder.config.verdict.mirrored_votes * told
-    near = np.flatnonzero(first.votes > WORTH_REST * least[of])
-    fitted, of = first.poses[near], of[near]
-    if not len(near):
-        return fitted, of
-    fitted = finder.rest.settled(frame, fitted, finder.voter.supports(frame, fitted))
-    cosine = (np.einsum("hij,hij->h", fitted.R, poses.R[of]) - 1) / 2
-    apart = cosine < np.cos(finder.config.search.niche_rad)
-    apart &= elsewhere | finder.required.is_at(fitted, poses[of])
-    apart &= finder.voter.votes(frame, fitted, occlusion=True) > least[of]
-    apart &= frame.scene.stand(fitted.R, fitted.t)
-    kept = np.flatnonzero(apart)
-    return fitted[kept], of[kept]
-
-
-def _more_borne_out(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, rivals: Poses) -> NDArray[np.int64]:
-    """(H,) by how many components labels bear out more of rivals than of poses."""
-    component = finder.surface.component[finder.surface.markers]
-    each = np.arange(len(finder.target.model.components))[:, None] == component  # (C, M)
-    there, here = (finder.voter.supports(frame, some) @ each.T > 0 for some in (rivals, poses))
-    return there.sum(axis=1) - here.sum(axis=1)

@@ -17,8 +17,9 @@ from ..geometry.transforms import Array, short_way
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
 from .finder import WholeObjectFinder
-from .other_turns import ANY_DEPTH, other_of
+from .other_turns import other_of
 from .poses import Poses
+from .rivals import ANY_DEPTH
 from .through_middles import Middles
 from .turn_evidence import turn_odds, weighed
 

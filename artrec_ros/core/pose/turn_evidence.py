@@ -56,6 +56,17 @@ def even_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others
     return evidence(finder, frame, poses, others).log_odds((0.0, *_weights(finder, frame)[1:]))
 
 
+def exchanged_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
+    """As `even_odds` of others under which what is seen in one place is another component, each by the markers that it
+    shows itself."""
+    return evidence(finder, frame, poses, others, exchanged=True).log_odds((0.0, *_weights(finder, frame)[1:]))
+
+
+def odds_at_first(finder: WholeObjectFinder, frame: ImageFrame) -> float:
+    """Log odds of a turn of what a search has found, before anything is known of it."""
+    return _weights(finder, frame)[0]
+
+
 def odds_by_seen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
     """The same of others of which some show as many markers by other ones: these are as likely before anything is known
     of them, and where the ones that they lack would be is no evidence here. What shows fewer leaves some of what is
@@ -78,9 +89,16 @@ def _weights(finder: WholeObjectFinder, frame: ImageFrame) -> Sequence[float]:
 
 
 def evidence(
-    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, mirrored: Poses, component: int | None = None
+    finder: WholeObjectFinder,
+    frame: ImageFrame,
+    poses: Poses,
+    mirrored: Poses,
+    component: int | None = None,
+    *,
+    exchanged: bool = False,
 ) -> Evidence:
-    """Of poses, and the mirrored turn of each. :param component: as of `turn_odds`."""
+    """Of poses, and the mirrored turn of each. :param component: as of `turn_odds`. :param exchanged: see
+    `contour_evidence`."""
     h, both, surface = len(poses), Poses.concatenate([poses, mirrored]), finder.surface
     scores = finder.voter.judge(frame, both, occlusion=True)
     votes, used = finder.voter.total(scores).reshape(2, h), finder.voter.supported(scores).reshape(2, h, -1)
@@ -88,7 +106,8 @@ def evidence(
     if component is not None:
         votes = scores.votes[:, surface.component == component].sum(axis=1).reshape(2, h)
         differ &= surface.component[surface.markers] == component
-    return contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, differ)
+    share = share_of_votes(votes[1], votes[0])
+    return contour_evidence(finder, frame, both, share, used, differ, exchanged=exchanged)
 
 
 def weighed(log_odds: Array, least: float | Array) -> tuple[NDArray[np.bool_], Array]:
@@ -112,18 +131,26 @@ def contour_evidence(
     share: Array,
     used: NDArray[np.bool_],
     differ: NDArray[np.bool_],
+    *,
+    exchanged: bool = False,
 ) -> Evidence:
     """Of H poses and another one for each, behind them. :param share: (H,) of the votes. :param used: (2, H, M)
-    markers that the labels support. :param differ: (H, M) markers that are not in one place under both."""
+    markers that the labels support. :param differ: (H, M) markers that are not in one place under both.
+    :param exchanged: what is seen in one place is another marker under each, so that which ones both show says nothing
+        of what these are; who shows fewer lacks some."""
     h, used = len(share), finder.surface.sides.with_all(used)
+    use = used if exchanged else np.tile(used.all(axis=0), (2, 1, 1))
     scatter, points = (
         values.reshape(2, h)
-        for values in _scatters(finder, frame, both, np.tile(used.all(axis=0), (2, 1)), np.tile(differ, (2, 1)))
+        for values in _scatters(finder, frame, both, use.reshape(2 * h, -1), np.tile(differ, (2, 1)))
     )
     ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
     # who rests on fewer markers fits these better without being right: that does not count for it
     lacks = np.asarray((used[:, None] & ~used & differ).any(axis=-1))
     alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
+    if exchanged:
+        shown = used.sum(axis=-1)
+        alone = shown > shown[::-1]
     ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
     ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
     against = frame.scene.odds_against(both.R, both.t)
@@ -145,7 +172,7 @@ def _scatters(
         return np.zeros(len(poses)), np.zeros(len(poses))
     fit, residual, weight = finder.rest.edges(frame, poses, use)
     alone = np.minimum(1.0, fit.spacing_px)[..., None]
-    weight, counts = weight * alone, of[:, use.any(axis=0)][..., None] * alone
+    weight, counts = weight * alone, (of & use)[:, use.any(axis=0)][..., None] * alone
     lost = (counts * finder.rest.lost(frame, poses, use, fit)).sum(axis=(1, 2))
     off, weight = but_for_common(residual, weight), np.where(counts > 0, weight, 0.0)
     seen, total = (counts * (weight > 0)).sum(axis=(1, 2)), np.maximum(weight.sum(axis=(1, 2)), 1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -27,6 +28,14 @@ from .other_places import beside_laid_otherwise, beside_other_places
 from .otherwise import as_it_lies, bent_otherwise, otherwise
 from .shown import Shown, ShownObjects, judged_at
 from .verdicts import Verdict
+
+
+class Described(NamedTuple):
+    """What is told of some objects, the most probable first; and where to go on from in the next frame: verdicts on all
+    of them as they were found, or as they are told where what is followed would not come from the one to the other."""
+
+    detections: Sequence[Detection]
+    verdicts: Sequence[Verdict]
 
 
 class Describer:
@@ -67,12 +76,19 @@ class Describer:
         among: Sequence[Verdict] = (),
         blobs: Sequence[Blob] = (),
     ) -> list[Detection]:
-        """Detections, the most probable first.
+        """The detections of `described`."""
+        return list(self.described(verdicts, frame, among, blobs).detections)
 
-        :param among: all objects of the frame, other targets' too. :param blobs: in which what they lack may be.
-        """
+    def described(
+        self,
+        verdicts: Sequence[Verdict],
+        frame: ImageFrame,
+        among: Sequence[Verdict] = (),
+        blobs: Sequence[Blob] = (),
+    ) -> Described:
+        """:param among: all objects of the frame, other targets' too. :param blobs: in which what they lack may be."""
         if not verdicts:
-            return []
+            return Described((), ())
         judged = dict[Verdict, Parts]()
         verdicts = _probable_first(verdicts)
         rest = at_rest(self.finder, verdicts, among, frame)
@@ -82,18 +98,26 @@ class Describer:
             verdicts, among = _probable_first([turned.get(v, v) for v in verdicts]), [turned.get(v, v) for v in among]
             rest = at_rest(self.finder, verdicts, among, frame)
         anew, first = dict(zip(verdicts, rest.verdicts, strict=True)), self._first_in_their_places(rest)
-        among = [anew.get(v, v) for v in among]
+        among, go_on = [anew.get(v, v) for v in among], [self._goes_on(v, again) for v, again in anew.items()]
         if turned or len(first) < len(verdicts):
             rest = rest.of(first)
             shown = self._shown.of(rest, frame, judged)
         detections = self._as_seen(rest, shown, frame, among, blobs)
         detections = self._beside_others(detections, rest, shown, frame, among, blobs)
         if shown.layouts is None:
-            return detections
+            return Described(detections, go_on)
         shares = shown.layouts.as_told(shown.names).tolist()
         lies = zip(detections, shares, [verdicts[n] for n in first], strict=True)
         detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
-        return beside_other_places(self.finder, frame, shown.layouts, shown.names, detections)
+        detections = beside_other_places(self.finder, frame, shown.layouts, shown.names, detections)
+        return Described(detections, go_on)
+
+    def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:
+        finder, at = self.finder, found.claim.poses
+        if told is found or finder.facing or not len(finder.in_place) + len(finder.like_sides):
+            return found
+        reached = Poses.concatenate([at, finder.required.flips(at)])  # by what is followed, by itself
+        return told if finder.strayed(told.claim.poses, reached) >= 1 else found
 
     def _as_seen(
         self, rest: AtRest, shown: Shown, frame: ImageFrame, among: Sequence[Verdict], blobs: Sequence[Blob]

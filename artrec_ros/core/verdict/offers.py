@@ -39,6 +39,7 @@ class Told:
     :param verdicts: of each target those on its objects. :param shared: as of `share_out`.
     :param surplus: verdicts on objects of which there are enough.
     :param fallen: verdicts on those that are not told by what is told of them.
+    :param go_on: of each target those from which the next frame goes on: see `Described`.
     """
 
     detections: Sequence[Sequence[Detection]]
@@ -48,6 +49,7 @@ class Told:
     shared: Shared
     surplus: Sequence[Verdict]
     fallen: Sequence[Verdict]
+    go_on: Sequence[Sequence[Verdict]] = ()
 
     @property
     def worth(self) -> float:
@@ -127,9 +129,10 @@ class Offers:
         told, surplus, objects = without_surplus(self.describers, shared.accepted, self.frame, self.judge)
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
-        described = [
-            d.describe(mine, self.frame, objects, self.blobs) for d, mine in zip(self.describers, told, strict=True)
+        each = [
+            d.described(mine, self.frame, objects, self.blobs) for d, mine in zip(self.describers, told, strict=True)
         ]
+        described, go_on = [d.detections for d in each], [d.verdicts for d in each]
         leaning = self._leaning(shared.accepted, described, surplus)
         for describer, mine, seen in zip(self.describers, told, described, strict=True):
             rated = [leaning.rated(d, v) for d, v in zip(seen, _behind(mine, seen), strict=True)]
@@ -138,7 +141,7 @@ class Offers:
             others += unsure
             doubtful += reasons
             fallen += _behind(mine, unsure)
-        return Told(detections, others, doubtful, told, shared, surplus, fallen)
+        return Told(detections, others, doubtful, told, shared, surplus, fallen, go_on)
 
     def _leaning(
         self, accepted: Sequence[Verdict], described: Sequence[Sequence[Detection]], surplus: Sequence[Verdict]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from .geometry.projection import project
 from .geometry.transforms import Array
 from .image.image_frame import ImageFrame
-from .pose.differing import MarkerPixels, differing_odds
+from .pose.differing import MarkerPixels, odds_among
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 
@@ -31,7 +31,8 @@ class FacingLone:
 
     def told_apart(self, frame: ImageFrame, poses: Poses, few: _Rows, best: _Rows) -> _Rows:
         """Indices of hypotheses that are the best of their places by all their pixels, and of those with many votes
-        that the pixels in which these differ from them do not refute: of a small marker votes see as much.
+        that these do not refute, by pixels, votes and contours together, as turns are told: what touches an object, or
+        pixels astray, are most in one that is too large, which few votes and no contours bear out.
 
         :param few: with many votes. :param best: by all pixels, one of each place.
         """
@@ -42,6 +43,8 @@ class FacingLone:
         kept = [best]
         for n, row in enumerate(best.tolist()):
             mine = few[(there == n) & (few != row)]
-            odds = differing_odds(self._finder, frame, poses[np.append(row, mine)])[0, 1:]
-            kept.append(mine[odds < self._finder.config.verdict.least_turn_odds])
+            if len(mine) and not frame.deadline.expired:
+                odds = odds_among(self._finder, frame, poses[np.append(row, mine)])
+                mine = mine[odds > -self._finder.config.verdict.least_turn_odds]
+            kept.append(mine)
         return np.concatenate(kept)

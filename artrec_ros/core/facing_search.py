@@ -158,6 +158,8 @@ class FacingSearch:
     def _told_apart(self, frame: ImageFrame, found: Ranked, lone: FacingLone) -> Ranked:
         """Those of lone markers that go on."""
         few = self._few_of_each_place(frame, found, self._config.facing.rivals)
+        if frame.deadline.expired:
+            return found[few]
         best = self._few_of_each_place(frame, found, 1, lone.worth(frame, found.poses))
         return found[lone.told_apart(frame, found.poses, few, best)]
 

@@ -1,5 +1,7 @@
 """Objects that are one flat marker which all but repeats itself: which way round it lies, and how sure that is."""
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -8,6 +10,8 @@ from solids import rectangle
 from squares import SIZE, TEAM, Placing, patch, rendered
 
 from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.base.deadline import Deadline
+from artrec_ros.core.facing_lone import FacingLone
 from artrec_ros.core.geometry.transforms import wrap_angle
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -187,3 +191,48 @@ def test_turns_are_as_probable_whichever_is_compared_with_the_others():
     assert each[1] == pytest.approx(each[0], abs=0.1) and each[2] == pytest.approx(each[0], abs=0.1)
     clear = shares_of(image_of(of_like_blades(ODD), placing), placing, 1)
     assert clear[0] > 0.95 and max(each[0]) < clear[0]
+
+
+ARROW = [(-0.07, -0.02), (0.03, -0.02), (0.03, -0.05), (0.09, 0), (0.03, 0.05), (0.03, 0.02), (-0.07, 0.02)]
+OUTLINES = {"plate": rectangle(0.1, 0.1), "arrow": np.array(ARROW) - (0.0147, 0.0)}
+
+
+def astray(image, placing, rng):
+    """One pixel in twelve is of its class beside it, and of none on it."""
+    return np.where(rng.random(image.shape) < 0.08, TEAM - image, image).astype(np.uint8)
+
+
+def touched(image, placing, rng):
+    """By a disc of its class."""
+    way = rng.uniform(0, 2 * np.pi)
+    at = round(placing.x + 45 * np.cos(way)), round(placing.y + 45 * np.sin(way))
+    return cv2.circle(image, at, 20, TEAM, -1)
+
+
+@pytest.mark.parametrize(
+    ("spoilt", "name", "least"), [(astray, "plate", 20), (astray, "arrow", 23), (touched, "arrow", 18)]
+)
+def test_pixels_beside_it_make_it_no_larger(spoilt, name, least):
+    """One that holds these, too, has more pixels, and fewer votes and no contours."""
+    target = Target("lone", model_of(OUTLINES[name]), TEAM)
+    recognizer = Recognizer([target], settings(), Segmenter(ImageConfig()), calibrated=False)
+    right = 0
+    for n in range(24):
+        rng = np.random.default_rng(n)
+        placing = Placing(75.0, 60.0, rng.uniform(-3, 3), 500.0)
+        detections = recognizer.recognize(spoilt(image_of(OUTLINES[name], placing), placing, rng)).detections
+        there = [d.image for d in detections if np.hypot(d.image.x - placing.x, d.image.y - placing.y) < 4]
+        right += any(abs(image.scale / placing.scale - 1) < 0.05 for image in there)
+    assert right >= least
+
+
+def test_where_there_is_no_time_left_nothing_more_is_told_apart():
+    """Those with many votes go on as they are."""
+    image = image_of(OUTLINES["plate"], Placing(75.0, 60.0, 0.3, 500.0))
+    target = Target("lone", model_of(OUTLINES["plate"]), TEAM)
+    finder = WholeObjectFinder(target, DEFAULTS, facing=True)
+    frame = replace(ImageFrame(LabelField(image)).faced(), deadline=Deadline(0.0))
+    poses = Poses.concatenate([Placing(75.0, 60.0, 0.3, scale).pose(frame.camera) for scale in (500.0, 560.0)])
+    few, best = np.array([0, 1]), np.array([0])
+    assert sorted(FacingLone(finder).told_apart(frame, poses, few, best).tolist()) == [0, 1]
+    assert FacingLone(finder).told_apart(ImageFrame(LabelField(image)).faced(), poses, few, best).tolist() == [0]

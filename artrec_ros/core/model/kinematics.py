@@ -55,17 +55,16 @@ class Kinematics:
 
     @property
     def relief(self) -> float:
-        """By what share of their spread markers that all face one way stand one above the other, joints mid-range."""
+        """By what share of their extent markers that all face one way stand one above the other, joints mid-range."""
         frames = self.in_object(self.middle[None])
         placed = [
-            (frames.R[0, n] @ marker.centre + frames.t[0, n], frames.R[0, n] @ marker.T_component_marker.rotation[:, 2])
+            (frames.R[0, n] @ T.rotation, frames.R[0, n] @ T.position + frames.t[0, n], marker.outline)
             for n, component in enumerate(self.model.components)
             for marker in component.markers
-            if marker.T_component_marker is not None
+            if (T := marker.T_component_marker) is not None
         ]
-        middles, up = np.array([middle for middle, _ in placed]), placed[0][1]
-        spread = float(np.linalg.norm(np.ptp(middles, axis=0)))
-        return float(np.ptp(middles @ up)) / spread if spread else 0.0
+        corners = np.concatenate([outline @ R[:, :2].T + t for R, t, outline in placed])
+        return float(np.ptp(corners @ placed[0][0][:, 2]) / np.linalg.norm(np.ptp(corners, axis=0)))
 
     def bound(self, q: Array) -> Array:
         """Joints (..., J) within their limits; one that turns without limit goes round."""

@@ -20,7 +20,7 @@ from ..learned.constraints import load_constraints
 from ..objects.object_reader import load_object
 
 _FILES = ("object_file", "constraint_file")
-_RELIEF = 0.05  # of markers' spread: seen at a slant of 45 degrees they are off by so much of it
+_RELIEF = 0.05  # of markers' extent: seen at a slant of 45 degrees they are off by so much of it
 
 
 def with_absolute_paths(config: ObjectConfig, name: str, values: Mapping[str, Value], base_dir: Path) -> ObjectConfig:
@@ -96,7 +96,7 @@ def _in_relief(target: Target, learned: bool) -> Iterator[str]:
     if (relief := Kinematics(target.model).relief) > _RELIEF:
         own = "; recognizer.whole_object: false goes by its learned pairs instead" if learned else ""
         yield (
-            f"{target.name}: its markers stand one above the other, by {relief:.0%} of their spread: without "
+            f"{target.name}: its markers stand one above the other, by {relief:.0%} of their extent: without "
             f"calibration it is right only where the camera looks straight at them; give one, be it a guess "
             f"(docs/camera.md){own}"
         )

@@ -348,23 +348,31 @@ name: toy
 markers: {plate: {rectangle: {width: 0.04, height: 0.08}}}
 components:
   base: {required: true, markers: {plate: {marker: plate, pose: {xyz: [0, 0, 0]}}}}
-  top: {markers: {plate: {marker: plate, pose: {xyz: [0.2, 0, HEIGHT]}}}}
+  top: {markers: {plate: {marker: plate, pose: {xyz: [ALONG, 0, HEIGHT]}}}}
 """
 
 
 @pytest.mark.parametrize(
-    ("height", "calibrated", "told"), [("0.03", False, True), ("0.03", True, False), ("0", False, False)]
+    ("along", "height", "calibrated", "told"),
+    [
+        ("0.2", "0.03", False, "12%"),
+        ("0.2", "0.03", True, ""),
+        ("0.2", "0", False, ""),
+        ("0", "0.03", False, "32%"),
+        ("0", "0.001", False, ""),
+    ],
 )
 def test_markers_of_unlike_heights_are_told_where_images_have_no_calibration(
-    tmp_path, capsys, height: str, calibrated: bool, told: bool
+    tmp_path, capsys, along: str, height: str, calibrated: bool, told: str
 ) -> None:
-    """They are taken for a figure in one plane."""
-    (tmp_path / "toy.yaml").write_text(LAID.replace("HEIGHT", height))
+    """They are taken for a figure in one plane. What lies on another in its middle is as high as a sticker."""
+    (tmp_path / "toy.yaml").write_text(LAID.replace("HEIGHT", height).replace("ALONG", along))
     params = tmp_path / "params.yaml"
     params.write_text("/**: {ros__parameters: {objects: [toy], toy: {object_file: toy.yaml, label: 1}}}")
     bag = write_bag(tmp_path / "bag", **({} if calibrated else {"camera": None}))
     problems = inspect(capsys, params, bag)[2]
-    assert any("toy: its markers stand one above the other, by 15%" in p for p in problems) == told
+    said = [p for p in problems if "toy: its markers stand one above the other" in p]
+    assert len(said) == bool(told) and all(f"by {told} of their extent" in p for p in said)
 
 
 @pytest.mark.parametrize(

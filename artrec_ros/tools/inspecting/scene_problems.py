@@ -13,7 +13,7 @@ from ...io.inventory.contents import Item
 from ...io.parameters.parameter_file import Setup
 from .scene_report import camera_of, samples_of
 
-_TIMES = 3.0  # what errors of its points explain once, they seldom explain so many times
+_MOST_PX = 3.0  # points are clicked or measured to a pixel or so: what takes more of all of them is no such error
 _LEAST_PX = 1.0  # no marker that is narrower is seen
 
 
@@ -32,11 +32,12 @@ def _askew(plane: FieldPlane) -> Iterator[str]:
     if plane.camera is None:
         return
     off, nearby = _skew(plane.matrix[None], plane.camera.matrix)[0], _skew(plane.nearby, plane.camera.matrix)
-    if (np.abs(off) > _TIMES * np.sqrt(((nearby - off) ** 2).sum(axis=0))).any():
-        angle, noise_px = np.degrees(np.arccos(off[0])), plane.config.point_noise_px
+    by_noise = np.sqrt(((nearby - off) ** 2).sum(axis=0))
+    wanted_px = float((np.abs(off) / np.maximum(by_noise, 1e-12)).max()) * plane.config.point_noise_px
+    if wanted_px > _MOST_PX:
         yield (
-            f"scene.plane: by the calibration its x and y meet at {angle:.1f} deg and a metre in x is "
-            f"{np.exp(off[1]):.2f} times one in y; that is more than points off by {noise_px:g} px make of it: check "
+            f"scene.plane: by the calibration its x and y meet at {np.degrees(np.arccos(off[0])):.1f} deg and a metre "
+            f"in x is {np.exp(off[1]):.2f} times one in y, as if all points were off by some {wanted_px:.0f} px: check "
             "each of image_points and field_points, and the calibration's focal length"
         )
 

@@ -377,7 +377,7 @@ def test_markers_of_unlike_heights_are_told_where_images_have_no_calibration(
 
 @pytest.mark.parametrize(
     ("moved_px", "unit", "told"),
-    [(0.0, 1.0, ""), (0.4, 1.0, ""), (5.0, 1.0, "x and y meet at"), (0.0, 1000.0, "are field_points metres?")],
+    [(0.0, 1.0, ""), (0.4, 1.0, ""), (9.0, 1.0, "x and y meet at"), (0.0, 1000.0, "are field_points metres?")],
 )
 def test_a_plane_that_the_calibration_contradicts_is_told(
     tmp_path, config, capsys, moved_px: float, unit: float, told: str

@@ -198,7 +198,8 @@ class VerdictConfig(Room):
     least_turn_odds: float = param(
         1.0,
         "log odds from which on the mirrored turn is told in place of the one found, of flat objects another place in "
-        "which like markers lie where they are seen; below, both are as likely",
+        "which like markers lie where they are seen; below, both are as likely. Of flat objects that are one marker "
+        "also from which on a hypothesis goes no further",
         low=0,
         high=20,
         paths=("space", "facing"),

@@ -35,8 +35,6 @@ class GoingOn:
         self._off = max(*config.coarse_reach_px, self._reach)
         self._steps = ContourSteps(surface, config, facing=facing)
         self._ends = far_ends(surface, config) & surface.open_contour
-        away = surface.contour - surface.centre[surface.markers][:, None]
-        self._half_m = np.linalg.norm(away, axis=2).max(axis=1)  # (M,) half of each marker's length
         self._marker = np.nonzero(self._ends)[0]  # (E,) of each end
         self._on = np.tile(surface.component[surface.markers[self._marker]], 2)
         self._of_end = _ends_of(surface.outward[self._ends], self._marker)
@@ -111,7 +109,8 @@ class GoingOn:
         if not len(h):
             return fit, residual, weight, on
         kinds = edge_terms(s, frame.field, (reach,), self._config).kind[which][k]  # (n, 256)
-        half_px = self._half_m[which[k]] * frame.camera.focal_px / np.maximum(poses.t[h, 2], 1e-6)
+        around = fit.point[h, k] - fit.point[h, k].mean(axis=1, keepdims=True)  # wherever the object's own place is
+        half_px = np.minimum(np.linalg.norm(around, axis=2).max(axis=1), sum(frame.size))
         for way, most in (1, half_px), (-1, np.full(len(h), self._off)):
             away = np.arange(reach, max(int(most.max()), reach) + 1)
             codes = frame.field.at(fit.point[h, k, i, None] + way * away[:, None] * fit.normal[h, k, i, None])

@@ -12,6 +12,7 @@ from artrec_ros.core.base.config import ImageConfig, PlaneConfig
 from artrec_ros.core.geometry.field_plane import FieldPlane
 from artrec_ros.core.geometry.projection import project
 from artrec_ros.core.geometry.scene import Scene
+from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
 from artrec_ros.core.image.segmentation import Segmenter
@@ -104,6 +105,23 @@ def test_what_goes_on_for_long_is_something_else(length, looked):
     frame = ImageFrame(LabelField(rendered(placing, size=SIZE))).faced()
     short = resized(placing.pose(frame.camera), 0.9)
     assert len(finder_of(pendulum(lower=False)).rest.gone_on(frame, short)) == looked
+
+
+@pytest.mark.parametrize(("length", "looked"), [(0.4, 1), (0.9, 0)])
+def test_markers_are_as_long_as_they_look_wherever_their_object_has_its_origin(length, looked):
+    class Longer(Thin):
+        def patches(self):
+            return [(self.at(rectangle(length, 0.03, (0.2, 0.0))), TEAM)]
+
+    placing = Longer(215.0, 150.0, 0.3, SCALE)
+    frame = ImageFrame(LabelField(rendered(placing, size=SIZE))).faced()
+    short = resized(placing.pose(frame.camera), 0.9)
+    away = np.array([0.0, 0.0, 0.95 * short.t[0, 2]])  # the origin is near the camera, its marker is not
+    bar = patch("upper", UPPER, Pose(np.eye(3), short.R[0].T @ away))
+    surface = SpatialModel(ObjectModel("bar", (Component("upper", (bar,), required=True),)), TEAM, DEFAULTS.votes)
+    at = Poses(short.R, short.t - away, short.q)
+    going_on = GoingOn(surface, DEFAULTS.fit, facing=False)
+    assert len(going_on.rows(frame, at, np.ones((1, 1), bool))) == looked
 
 
 def test_fits_that_lose_an_end_begin_again_from_where_it_was():

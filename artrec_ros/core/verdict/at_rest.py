@@ -137,7 +137,8 @@ def _to_scale(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Pos
         return poses
     anchors = finder.required.anchors(poses)
     scale, limits = frame.camera.focal_px / anchors[:, 2], frame.scene.scale_limits(project(frame.camera, anchors))
-    farther = scale / np.clip(scale, *limits.T) - 1
+    kept = np.clip(scale, *limits.T)
+    farther = np.where(kept > 0, scale / np.where(kept > 0, kept, 1.0) - 1, 0.0)  # beyond the horizon nothing has one
     return Poses(poses.R, poses.t + anchors * farther[:, None], poses.q) if farther.any() else poses
 
 

@@ -177,3 +177,11 @@ def test_no_rest_leaves_the_scale_that_the_scene_has(times):
     scale = frame.camera.focal_px / after[0, 2]
     assert scale == pytest.approx(SCALE * np.clip(times, 1 / 1.1, 1.1), rel=1e-3)
     np.testing.assert_allclose(project(frame.camera, before), project(frame.camera, after))
+
+
+def test_beyond_a_planes_horizon_a_rest_stays():
+    """Nothing has a scale there."""
+    seen, lie = (100, 250, 320, 250, 250, 120, 170, 120), (-0.3, 0.0, 0.3, 0.0, 0.3, 2.0, -0.3, 2.0)
+    frame = replace(FRAME, scene=Scene(plane=FieldPlane.of(PlaneConfig(seen, lie), None)))
+    pose = replace(AT, y=20.0).pose(frame.camera)
+    np.testing.assert_array_equal(_to_scale(finder_of(pendulum()), frame, pose).t, pose.t)

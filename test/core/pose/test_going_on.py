@@ -185,3 +185,12 @@ def test_beyond_a_planes_horizon_a_rest_stays():
     frame = replace(FRAME, scene=Scene(plane=FieldPlane.of(PlaneConfig(seen, lie), None)))
     pose = replace(AT, y=20.0).pose(frame.camera)
     np.testing.assert_array_equal(_to_scale(finder_of(pendulum()), frame, pose).t, pose.t)
+
+
+@pytest.mark.parametrize("x", [110.0, 140.0])
+def test_what_a_short_hypothesis_leaves_of_a_bar_is_no_second_one(x):
+    """It comes to rest on the same bar, turned by half."""
+    image = rendered(Thin(x, 150.0, 0.3, SCALE), size=SIZE)
+    target, config = Target("bar", pendulum(lower=False), TEAM), settings(min_scale=250.0, max_scale=600.0)
+    (found,) = Recognizer([target], config, Segmenter(ImageConfig()), calibrated=False).recognize(image).detections
+    assert found.image.scale == pytest.approx(SCALE, rel=0.03)

@@ -60,7 +60,7 @@ class FacingKnown:
         found = found[np.flatnonzero(found.votes > 0)]
         rested = finder.polished(frame, found, finder.last_climb)
         found += rested + self._sizes.larger(frame, rested, finder.last_climb)
-        if finder.is_lone_marker:  # a climb on few votes may lead away from where it lies
+        if finder.surface.is_lone_marker:  # a climb on few votes may lead away from where it lies
             found += finder.fit_all(frame, found.poses)
         return found.best(len(found), self._search)
 

@@ -51,7 +51,7 @@ class FacingSearch:
         self._climbs = Climb(0, config.facing.rounds[0], config.facing.first_step), finder.last_climb
         self._sizes = FacingSizes(finder, config)
         self._known = FacingKnown(finder, self._sizes, config)
-        self._lone = FacingLone(finder) if finder.is_lone_marker else None
+        self._lone = FacingLone(finder) if finder.surface.is_lone_marker else None
         markers = model.required.markers
         self._largest, self._compact = max(m.area for m in markers), max(solidity(m.outline) for m in markers)
 

@@ -188,8 +188,8 @@ class Diagnostics:
         if new.lost > count:
             return WARN, f"{new.lost} of {new.lost + count} images lost on the way"
         if new.dropped > looked_at:
-            ready = "they come faster than they are recognised"
-            why = "the node was getting ready" if self._was_getting_ready else ready
+            fast = "they come faster than they are recognised"
+            why = "the node was getting ready" if self._was_getting_ready else fast
             return WARN, f"{new.dropped} of {count} images dropped: {why}"
         if self.counters.is_unusable and not looked_at and not state.busy_s:
             return ERROR, f"the last image could not be used: {self.counters.last_error}"

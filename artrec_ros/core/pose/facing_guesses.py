@@ -109,7 +109,7 @@ class FacingGuesser:
             T, votes, of = np.empty((most, 4)), np.empty(most), np.empty(most, np.int64)
             n = best_on_grid(grid, bank.arrays, bank.look, frame.view, T, votes, of)
             yield Guesses(self.lifted(T[:n], frame, m), votes[:n], rows[of[:n]] + size * len(blobs))
-        if sizes == 1 and len(self._surface.markers) == 1:
+        if sizes == 1 and self._surface.is_lone_marker:
             yield from self._aligned(frame, blobs, rows, within, banks)
 
     def _aligned(

@@ -132,11 +132,6 @@ class WholeObjectFinder:
         return len(components) > 1 and all(self._lookalikes.leads_to(c) for c in components)
 
     @property
-    def is_lone_marker(self) -> bool:
-        """Whether the object has one marker: its own pixels alone tell how it lies."""
-        return len(self.surface.markers) == 1
-
-    @property
     def is_plain(self) -> bool:
         """Whether a few guesses may be enough. Where sides meet, amid what looks like one of them there may be another:
         one that holds part of a blob is as good as one that holds all of it until all are compared."""

@@ -65,7 +65,7 @@ class Layouts:
                 odds.append(log_odds)
                 of += [h] * len(others)
                 # of a lone one which way round it is counts where its file says more than that it is alike
-                uncounted = asked.same if finder.is_lone_marker else np.zeros(len(others), bool)
+                uncounted = asked.same if finder.surface.is_lone_marker else np.zeros(len(others), bool)
                 by_seen += (asked.by_seen & ~uncounted).tolist()
         every, whose = Poses.concatenate(found), np.array([*range(len(poses)), *of], np.int64)
         read = finder.alternatives.read([looks[h] for h in whose.tolist()], every)
@@ -159,7 +159,7 @@ def _asked(
         return
     others = finder.seen_alike.of(seen)
     laid = others.of(pose)
-    if finder.is_lone_marker:  # all its turns together: two by two each may be the likelier one
+    if finder.surface.is_lone_marker:  # all its turns together: two by two each may be the likelier one
         yield _Asked(laid, others.same, look, True)
     elif len(others):
         yield _Asked(laid, others.same, look, True, next(iter(seen)) if len(seen) == 1 else None)
@@ -183,7 +183,7 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
     both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
     others = both[1:]
     told = both[np.zeros(len(others), int)]
-    if asked.fitted or (asked.by_seen and asked.lone is None and not finder.is_lone_marker):
+    if asked.fitted or (asked.by_seen and asked.lone is None and not finder.surface.is_lone_marker):
         odds = odds_by_seen(finder, look, told, others)
         scores = finder.voter.judge(look, both, occlusion=True)
         unseen = log_unseen(finder, in_view(finder, look, both, scores).lacking)
@@ -191,7 +191,7 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         if asked.fitted:
             kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
             others, odds = others[kept], odds[kept]
-    elif finder.is_lone_marker:
+    elif finder.surface.is_lone_marker:
         return others, odds_among(finder, look, both)
     else:
         odds = turn_odds(finder, look, told, others)
@@ -212,5 +212,8 @@ def _by_others(finder: WholeObjectFinder, look: ImageFrame, both: Poses, lone: i
     others = np.flatnonzero(finder.surface.component[finder.surface.markers] != lone)
     scores = finder.voter.judge(look, both, occlusion=True)
     seen = np.any(in_view(finder, look, both, scores).seen[:, others], axis=1)
-    unseen, most = log_unseen_bent(finder, look, both), np.log(1 / finder.config.verdict.hidden_share - 1)
-    return np.clip(np.where(seen[1:] | seen[0], votes, unseen[1:] - unseen[0]), -most, most)
+    by_votes, most = seen[1:] | seen[0], np.log(1 / finder.config.verdict.hidden_share - 1)
+    if not by_votes.all():
+        unseen = log_unseen_bent(finder, look, both)
+        votes = np.where(by_votes, votes, unseen[1:] - unseen[0])
+    return np.clip(votes, -most, most)

@@ -47,7 +47,8 @@ def likelier_turns(
     counts = [len(kind.of) for kind in kinds]
     least = np.repeat([config.least_turn_odds] * 3 + [0.0], counts)
     is_side = np.repeat([False, False, True, False], counts)
-    in_place, known = np.repeat([False, False, True, False, False], [len(poses), *counts]), goes_on(finder, frame, both)
+    in_place = np.repeat([False, False, True, False, False], [len(poses), *counts])
+    known = goes_on(finder, frame, both) if in_place.any() else in_place
     rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely
     for h in np.unique(of).tolist():

@@ -209,6 +209,11 @@ class SpatialModel:
         """(M,) markers beside none of which there is another one."""
         return np.asarray(self.open_contour.all(axis=1))
 
+    @property
+    def is_lone_marker(self) -> bool:
+        """Whether the object has one marker: its own pixels alone tell how it lies."""
+        return len(self.markers) == 1
+
     @cached_property
     def outward(self) -> Array:
         """(M, m, 3) unit normals of contours in their planes."""

@@ -113,10 +113,11 @@ class Describer:
         return Described(detections, go_on)
 
     def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:
+        """From which of an object's poses the next frame goes on. Mirrored turns are followed beside what was found."""
         finder, at = self.finder, found.claim.poses
-        if told is found or finder.facing or not len(finder.in_place) + len(finder.like_sides):
+        if told is found or finder.facing or not (len(finder.in_place) or len(finder.like_sides)):
             return found
-        reached = Poses.concatenate([at, finder.required.flips(at)])  # by what is followed, by itself
+        reached = Poses.concatenate([at, finder.required.flips(at)])
         return told if finder.strayed(told.claim.poses, reached) >= 1 else found
 
     def _as_seen(

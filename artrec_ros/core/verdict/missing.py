@@ -102,9 +102,11 @@ class MissingParts:
         area_px = self._area * scale**2 * np.maximum(cosine, 0.0) * share
         away = cosine <= self._surface.limits.least_cosine
         within = view.within.mean(axis=2)
-        claims = [v.claim for v in verdicts]
-        bare = np.concatenate([in_view(self._finder, c.frame, c.poses, c.scores).lacking for c in claims])
-        beyond = (view.depth <= LEAST_DEPTH_M) | ((within < _OPEN) & ~bare)
+        outside = within < _OPEN
+        for h in np.flatnonzero(outside.any(axis=1)).tolist():
+            claim = verdicts[h].claim
+            outside[h] &= ~in_view(self._finder, claim.frame, claim.poses, claim.scores).lacking[0]
+        beyond = (view.depth <= LEAST_DEPTH_M) | outside
         state = np.where(area_px < self._least_px, _TOO_SMALL, _NOT_SEEN)
         for holds, which in ((share < _OPEN * within, _HIDDEN), (beyond, _OUT_OF_VIEW), (away, _TURNED_AWAY)):
             state[holds] = which

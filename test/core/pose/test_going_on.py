@@ -95,27 +95,27 @@ def test_votes_are_asked_of_what_goes_on_and_of_nothing_else():
     assert len(finder.gone_on(FRAME, both[:1])) == 1
 
 
-@pytest.mark.parametrize(("length", "looked"), [(0.4, 1), (0.9, 0)])
-def test_what_goes_on_for_long_is_something_else(length, looked):
+def a_bar_begun_short(length):
+    """A frame, and a pose in it that is a tenth smaller than the file's bar would be."""
+
     class Longer(Thin):
         def patches(self):
             return [(self.at(rectangle(length, 0.03, (0.2, 0.0))), TEAM)]
 
     placing = Longer(215.0, 150.0, 0.3, SCALE)
     frame = ImageFrame(LabelField(rendered(placing, size=SIZE))).faced()
-    short = resized(placing.pose(frame.camera), 0.9)
+    return frame, resized(placing.pose(frame.camera), 0.9)
+
+
+@pytest.mark.parametrize(("length", "looked"), [(0.4, 1), (0.9, 0)])
+def test_what_goes_on_for_long_is_something_else(length, looked):
+    frame, short = a_bar_begun_short(length)
     assert len(finder_of(pendulum(lower=False)).rest.gone_on(frame, short)) == looked
 
 
 @pytest.mark.parametrize(("length", "looked"), [(0.4, 1), (0.9, 0)])
 def test_markers_are_as_long_as_they_look_wherever_their_object_has_its_origin(length, looked):
-    class Longer(Thin):
-        def patches(self):
-            return [(self.at(rectangle(length, 0.03, (0.2, 0.0))), TEAM)]
-
-    placing = Longer(215.0, 150.0, 0.3, SCALE)
-    frame = ImageFrame(LabelField(rendered(placing, size=SIZE))).faced()
-    short = resized(placing.pose(frame.camera), 0.9)
+    frame, short = a_bar_begun_short(length)
     away = np.array([0.0, 0.0, 0.95 * short.t[0, 2]])  # the origin is near the camera, its marker is not
     bar = patch("upper", UPPER, Pose(np.eye(3), short.R[0].T @ away))
     surface = SpatialModel(ObjectModel("bar", (Component("upper", (bar,), required=True),)), TEAM, DEFAULTS.votes)

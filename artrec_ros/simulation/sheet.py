@@ -49,14 +49,15 @@ _FONT = cv2.FONT_HERSHEY_SIMPLEX
 
 @dataclass(frozen=True)
 class MarkerCell:
-    """A marker of the sheet: `names` of the components and markers that have this shape, `notes` below them, and its
-    size in metres."""
+    """A marker of the sheet: `names` of the components and markers that have this shape, `notes` below them, its
+    size in metres, and what its class is called."""
 
     marker: Marker
     label: int
     names: str
     size_m: tuple[float, float]
     notes: str = ""
+    class_name: str = ""
 
 
 def model_sheet(target: Target, markers: Sequence[MarkerCell]) -> Picture:
@@ -204,7 +205,7 @@ def _marker_cell(cell: MarkerCell) -> Picture:
     origin = place(np.zeros(2))[0].astype(int)
     cv2.drawMarker(image, (int(origin[0]), int(origin[1])), _FAINT, cv2.MARKER_CROSS, 12, 1)
     long, short = 1e3 * np.array(cell.size_m)
-    _text(image, f"{long:.0f} x {short:.0f} mm, class {cell.label}", (8, _CELL_PX - 8), _INK, 0.4)
+    _text(image, f"{long:.0f} x {short:.0f} mm, class {cell.class_name or cell.label}", (8, _CELL_PX - 8), _INK, 0.4)
     return _captioned(image, cell.names, cell.notes)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -122,7 +122,8 @@ def run(args: argparse.Namespace) -> int:
         save_object(args.output, model, _comments([*args.sources, *args.marks]), _labels_as_given(args, model))
         print(f"Wrote {args.output}; docs/object_file.md has every key.")
     if args.sheet:
-        _write_sheet(args.sheet, found, camera, args.label)
+        names = Labels.as_in(args.sources[0]).names() if _kind(args.sources[0]) == "object" else {}
+        _write_sheet(args.sheet, sheet_of(found, camera, args.label, names))
         print(f"Drew {args.sheet}")
     if args.printed:
         pages = print_pages(args.printed, model, args.label, args.paper)
@@ -254,17 +255,23 @@ def _comments(sources: Sequence[Path]) -> tuple[str, ...]:
     return (f"Made by `artrec model` from {names}. Lengths in metres, angles in radians.",)
 
 
-def _write_sheet(path: Path, found: Ambiguities, camera: Camera, label: int) -> None:
+def _write_sheet(path: Path, sheet: NDArray[np.uint8]) -> None:
     small = [cv2.IMWRITE_PNG_COMPRESSION, 9] if path.suffix.lower() == ".png" else []
-    save_drawing(path, sheet_of(found, camera, label), small)
+    save_drawing(path, sheet, small)
 
 
-def sheet_of(found: Ambiguities, camera: Camera, label: int) -> NDArray[np.uint8]:
-    """(H, W, 3) BGR the markers with what is known of them, and the object from all sides."""
+def sheet_of(
+    found: Ambiguities, camera: Camera, label: int, class_names: Mapping[int, str] | None = None
+) -> NDArray[np.uint8]:
+    """(H, W, 3) BGR the markers with what is known of them, and the object from all sides.
+
+    :param label: the object's own class. :param class_names: of those classes that are called otherwise than by number.
+    """
     cells = []
     for row in shape_rows(found, camera):
         component = found.model.component(row.keys[0][0])
         shown = component.labels(label)[0]
         notes = f"found to {row.found_m:.2f} m, told to {row.told_m:.2f} m"
-        cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, row.size_m, notes))
+        class_name = (class_names or {}).get(shown, "")
+        cells.append(MarkerCell(component.marker(row.keys[0][1]), shown, row.names, row.size_m, notes, class_name))
     return model_sheet(Target(found.model.name, found.model, label), cells)

@@ -36,6 +36,19 @@ def test_joints_on_the_sheet_have_units(monkeypatch):
     assert "front_left at -0.7 rad" in captions
 
 
+def test_classes_of_the_sheet_are_called_what_the_file_calls_them(tmp_path, monkeypatch):
+    square = "outline: [[-0.02, -0.02], [0.02, -0.02], [0.02, 0.02], [-0.02, 0.02]], axis: [[-0.01, 0], [0.01, 0]]"
+    (tmp_path / "two.yaml").write_text(
+        "format: artrec_object/1\nname: two\nclasses: {steel: 5}\n"
+        f"markers: {{m: {{{square}}}, n: {{{square.replace('0.02', '0.03')}}}}}\n"
+        "components: {a: {required: true, markers: {m: {}}, label: cherry}, b: {markers: {n: {}}, label: steel}}\n"
+    )
+    written = []
+    monkeypatch.setattr(sheet, "_text", lambda image, text, *rest: written.append(text))
+    assert run(tmp_path / "two.yaml", "--sheet", tmp_path / "sheet.png") == 0
+    assert {"40 x 40 mm, class cherry", "60 x 60 mm, class steel"} <= set(written)
+
+
 def test_a_sheet_of_markers_alone_has_no_object():
     pendulum = load_object(OBJECTS / "pendulum.yaml")
     cells = [MarkerCell(m, 2, m.name, (0.1, 0.05)) for c in pendulum.components for m in c.markers]

@@ -69,6 +69,10 @@ class Labels:
         taken = known | set(self.declared.values())
         return dict(zip(names, (n for n in range(GREATEST_LABEL, 0, -1) if n not in taken), strict=False))
 
+    def names(self) -> Mapping[int, str]:
+        """By number what a class is called, declared or numbered."""
+        return {number: name for name, number in {**self.numbered(), **self.declared}.items()}
+
 
 def object_yaml(model: ObjectModel, comments: tuple[str, ...] = (), labels: Labels | None = None) -> str:
     """The text of an object file; outlines and places rounded to a hundredth of a millimetre.

@@ -16,6 +16,9 @@ from ...io.inventory.contents import Sample
 from ...io.parameters.parameter_file import Setup
 from .nothing_left import nothing_left
 
+_COLOURS = 3  # channels
+_EXCHANGED = "; some have it when red and blue are exchanged: does the encoding, or image.classes, have them so?"
+
 
 def image_problems(
     parameters: Path, setup: Setup, source: Path, samples: Sequence[Sample], calibrated: bool
@@ -56,24 +59,30 @@ def _where(source: Path, sample: Sample) -> str:
 def _labels(parameters: Path, setup: Setup, source: Path, sample: Sample) -> Iterator[str]:
     if setup.image.is_uncoloured:
         return
-    seen: set[int] = set()
-    segmenter = Segmenter(setup.image)
     where = _where(source, sample)
-    for image in sample.images:
-        try:
-            seen |= set(np.unique(segmenter.labels(image)).tolist())
-        except ImageError as error:
-            yield f"{where}: {error}"
-            return
+    try:
+        seen = _seen(setup, sample)
+        exchanged = _seen(setup, sample, exchanged=True) if sample.channels == _COLOURS else seen
+    except ImageError as error:
+        yield f"{where}: {error}"
+        return
     yield from (f"{where}: {line}" for line in nothing_left(setup, sample))
     for target in setup.targets:
         for label, what in _expected(target).items():
             if label not in seen:
                 shown = ", ".join(map(str, sorted(seen)))
+                way_out = _EXCHANGED if label in exchanged else ""
                 yield (
                     f"{where}: no pixel has label {label}, {what} of {parameters}, in {len(sample.images)} "
-                    f"images looked at (labels there: {shown})"
+                    f"images looked at (labels there: {shown}){way_out}"
                 )
+
+
+def _seen(setup: Setup, sample: Sample, exchanged: bool = False) -> set[int]:
+    """The labels of all its images. :param exchanged: as if red and blue were. :raises ImageError: none can be told."""
+    segmenter = Segmenter(setup.image)
+    shown = (np.ascontiguousarray(image[..., ::-1]) if exchanged else image for image in sample.images)
+    return {label for image in shown for label in np.unique(segmenter.labels(image)).tolist()}
 
 
 def _expected(target: Target) -> dict[int, str]:

@@ -35,6 +35,19 @@ def test_labels_that_are_not_in_the_images_are_told(tmp_path, config, capsys):
     assert "no pixel has label 2, that of 'excavator'" in problems[0] and "labels there: 0, 5, 6" in problems[0]
 
 
+@pytest.mark.parametrize(("bgr", "hinted"), [((200, 40, 40), True), ((40, 200, 40), False)])
+def test_a_class_that_red_and_blue_hide_from_each_other_is_told_with_the_way_out(tmp_path, config, capsys, bgr, hinted):
+    image = np.full((60, 80, 3), 90, np.uint8)
+    image[20:40, 20:60] = bgr
+    cv2.imwrite(str(tmp_path / "0.png"), image)
+    more = tmp_path / "red.yaml"
+    red = "{label: 2, rgb: [200, 40, 40]}"
+    more.write_text(f"/**: {{ros__parameters: {{image: {{kind: colour, classes: [red], red: {red}}}}}}}")
+    _, _, problems = inspect(capsys, config / "excavator.yaml", more, tmp_path / "0.png")
+    (told,) = [p for p in problems if "no pixel has label 2" in p]
+    assert ("red and blue are exchanged" in told) == hinted
+
+
 @pytest.mark.parametrize(
     ("camera", "expected"),
     [

@@ -16,7 +16,7 @@ from ..core.geometry.camera import Camera
 from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
 from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
-from ..io.parameters.sections import check_own, check_sections
+from ..io.parameters.sections import FILE_NAMES, check_own, check_sections
 from ..io.parameters.specs import Spec, moved
 from ..io.parameters.unread import unread
 
@@ -44,7 +44,8 @@ def parameter_files(argv: Sequence[str]) -> list[Path]:
 
 
 def base_directory(overrides: Mapping[str, Any], files: Sequence[Path]) -> Path:
-    """Where relative file names start: `config_dir`, else the folder of the parameter file that names them."""
+    """Where relative names start of files that lie beside no parameter file: `config_dir`, else a folder in which
+    others of them lie."""
     given = overrides.get("config_dir")
     if given:
         return Path(str(given)).expanduser().absolute()
@@ -54,6 +55,18 @@ def base_directory(overrides: Mapping[str, Any], files: Sequence[Path]) -> Path:
     # launch adds files of its own in a temporary folder: prefer the folder where the named files are
     fitting = [d for d in folders if any((d / p).is_file() for p in relative)]
     return [*fitting, *folders, Path.cwd()][0]
+
+
+def beside_files(overrides: Mapping[str, Any], files: Sequence[Path]) -> dict[str, Any]:
+    """Parameters with relative names of files as absolute ones where such a file lies beside a parameter file, beside
+    the last one of several: ROS does not say which of them gave a name, and launch adds files of its own in a temporary
+    folder. With `config_dir` all stay as they are."""
+    out = dict(overrides)
+    for key, name in overrides.items() if not overrides.get("config_dir") else ():
+        if key.endswith(FILE_NAMES) and isinstance(name, str) and not name.startswith(SCHEME):
+            there = [f.parent / name for f in files if (f.parent / name).is_file()]
+            out[key] = str(there[-1]) if there else name
+    return out
 
 
 def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
@@ -72,7 +85,7 @@ def initial_setup(node: Node, argv: Sequence[str]) -> Setup:
         check_own(file, node.get_fully_qualified_name())
     if "objects" not in overrides:
         check_sections(files, node.get_fully_qualified_name())
-    setup = setup_from_flat(overrides, base_directory(overrides, files), source, warn=warn)
+    setup = setup_from_flat(beside_files(overrides, files), base_directory(overrides, files), source, warn=warn)
     for line in unread(setup):
         warn(line)
     return setup

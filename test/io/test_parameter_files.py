@@ -54,6 +54,18 @@ def _section(name: str, **values: Any) -> str:
     return yaml.safe_dump({name: {"ros__parameters": values}})
 
 
+def test_each_of_several_files_names_files_from_its_own_folder(folder: Path) -> None:
+    """But all from `config_dir`, where one gives it."""
+    first, more = _write(folder, _section("/**", **FLAT)), folder / "more" / "blue.yaml"
+    more.parent.mkdir()
+    (more.parent / "toy.yaml").write_text(OBJECT.replace("name: toy", "name: other").replace(" label: pale,", ""))
+    blue = {"objects": ["red", "blue"], "blue.object_file": "toy.yaml", "blue.label": 4}
+    more.write_text(_section("/**", **blue))
+    assert [t.model.name for t in load_parameters(first, more).targets] == ["toy", "other"]
+    more.write_text(_section("/**", **blue, config_dir=str(folder)))
+    assert [t.model.name for t in load_parameters(first, more).targets] == ["toy", "toy"]
+
+
 def test_nested_and_dotted_names_are_the_same(folder: Path) -> None:
     nested = _section("/**", objects=["red"], red={"object_file": "toy.yaml", "label": 3})
     first = load_parameters(_write(folder, nested))

@@ -9,7 +9,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from rclpy.parameter import Parameter
 
 from artrec_ros.io.parameters.specs import Spec, all_specs
-from artrec_ros.node.parameters import base_directory, coerce, describe, parameter_files
+from artrec_ros.node.parameters import base_directory, beside_files, coerce, describe, parameter_files
 
 SPECS = all_specs(["red"], ["pale"])
 TIME = SPECS["recognizer.time_budget_ms"]
@@ -61,3 +61,18 @@ def test_relative_files_start_at_the_parameter_file_that_names_them(tmp_path: Pa
     assert base_directory({"red.object_file": "package://artrec_ros/x.yaml"}, files) == other
     assert base_directory({**named, "config_dir": str(tmp_path)}, files) == tmp_path
     assert base_directory(named, []) == Path.cwd()
+
+
+def test_each_of_several_files_names_what_lies_beside_it(tmp_path: Path) -> None:
+    one, two = tmp_path / "one", tmp_path / "two"
+    for folder, names in ((one, ("red.yaml", "both.yaml")), (two, ("blue.yaml", "both.yaml"))):
+        folder.mkdir()
+        for name in names:
+            (folder / name).touch()
+    files = [one / "a.yaml", two / "b.yaml"]
+    given = {"red.object_file": "red.yaml", "blue.object_file": "blue.yaml", "red.constraint_file": "both.yaml"}
+    given |= {"blue.constraint_file": "neither.yaml", "green.object_file": "package://artrec_ros/red.yaml"}
+    found = {"red.object_file": one / "red.yaml", "blue.object_file": two / "blue.yaml"}
+    found["red.constraint_file"] = two / "both.yaml"
+    assert beside_files(given, files) == {**given, **{key: str(path) for key, path in found.items()}}
+    assert beside_files({**given, "config_dir": "."}, files) == {**given, "config_dir": "."}

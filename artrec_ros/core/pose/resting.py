@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -57,13 +59,22 @@ class Resting:
 
     def _settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[Poses, PatchScores]:
         """The same, and what the labels say of them."""
-        both = Poses.concatenate([poses, self._fitted(frame, poses, self._surface.sides.with_all(used), last=True)])
+        fitted = self._fitted(frame, poses, self._surface.sides.with_all(used), last=True)
+        return self._borne_out(frame, Poses.concatenate([poses, fitted]), used, self._voter.supported)
+
+    def _borne_out(
+        self, frame: ImageFrame, both: Poses, used: np.ndarray, speaks: Callable[[PatchScores], np.ndarray]
+    ) -> tuple[Poses, PatchScores]:
+        """Of H poses, and what H fits made of them, those that the labels bear out, and what these say of them.
+
+        :param speaks: what markers speak for an object (2H, M); of those in use none may cease to.
+        """
         scores = self._voter.judge(frame, both, occlusion=True)
         before, after = self._voter.total(scores).reshape(2, -1)
-        had, has = self._voter.supported(scores).reshape(2, *used.shape)
+        had, has = speaks(scores).reshape(2, *used.shape)
         kept = (after > self._config.search.settled_votes * before) & ~(used & had & ~has).any(axis=1)
         kept &= ~self._left_floor(frame, both)
-        rows = np.arange(len(poses)) + len(poses) * kept
+        rows = np.arange(len(used)) + len(used) * kept
         return both[rows], scores[rows]
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
@@ -82,8 +93,10 @@ class Resting:
         """Hypotheses at rest on what the image's colours show; the same where it has none. As `settled`."""
         if frame.image is None:
             return poses
-        both = Poses.concatenate([poses, self._to_colours.fitted(frame, poses, self._surface.sides.with_all(used))])
-        return both[np.arange(len(poses)) + len(poses) * ~self._left_floor(frame, both)]
+        fitted = self._to_colours.fitted(frame, poses, self._surface.sides.with_all(used))
+        columns = self._surface.marker_columns
+        # colours know better than labels where a marker ends, but not that it is elsewhere
+        return self._borne_out(frame, Poses.concatenate([poses, fitted]), used, lambda s: s.votes[:, columns] > 0)[0]
 
     def tells_colour_edges(self, frame: ImageFrame) -> bool:
         """Whether `edges` are those of colours, which are finer than the labels'."""

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 
 from ...core.base.errors import ConfigError
 from ..base.kinds import PARAMETERS, holds_parameters, mistaken
-from ..base.shared_files import resolve_path
+from ..base.shared_files import SCHEME, resolve_path
 from ..base.yaml_files import Value, check_size, load_value
 
 SECTION = "ros__parameters"
+FILE_NAMES = (".object_file", ".constraint_file")  # how parameters end that name files
 MOST_BYTES = 2**18
 """Of a parameter file: ROS' own reader takes time by the square of it, here some 4 s, and hears no Ctrl-C."""
 
@@ -27,11 +28,23 @@ class Given(NamedTuple):
 
 
 def read_files(*paths: str | Path) -> Given:
-    """As in ROS the later ones go before. Relative file names start at the first file's folder, or at `config_dir`."""
-    flat = {key: value for path in paths for key, value in read_flat(path).items()}
-    folder, config_dir = Path(paths[0]).absolute().parent, flat.get("config_dir")
-    folder = resolve_path(config_dir, folder) if isinstance(config_dir, str) else folder
-    return Given(flat, folder, ", ".join(map(str, paths)))
+    """As in ROS the later ones go before. Relative file names start at the folder of the file that gives them, or at
+    `config_dir`."""
+    first, *others = (Path(path).absolute().parent for path in paths)
+    each, source = [read_flat(path) for path in paths], ", ".join(map(str, paths))
+    flat = {key: value for given in each for key, value in given.items()}
+    config_dir = flat.get("config_dir")
+    if isinstance(config_dir, str):
+        return Given(flat, resolve_path(config_dir, first), source)
+    flat = dict(each[0])
+    for given, folder in zip(each[1:], others, strict=True):
+        flat |= {key: _beside(folder, value) if key.endswith(FILE_NAMES) else value for key, value in given.items()}
+    return Given(flat, first, source)
+
+
+def _beside(folder: Path, name: Any) -> Any:
+    """A relative name of a file as one that starts at a folder; others, and what is none, as they are."""
+    return str(resolve_path(name, folder)) if isinstance(name, str) and name and not name.startswith(SCHEME) else name
 
 
 def _load_parameter_file(path: str | Path) -> Value:

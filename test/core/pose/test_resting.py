@@ -37,6 +37,16 @@ def test_no_rest_leaves_a_marker_that_spoke_for_what_rests(bend, taken, monkeypa
     assert votes[1] > DEFAULTS.search.settled_votes * votes[0]  # of all votes enough are left
 
 
+@pytest.mark.parametrize(("bend", "taken"), [(0.05, True), (0.8, False)])
+def test_no_colours_take_a_marker_off_its_label(bend, taken, monkeypatch):
+    """An arm that a fit to colours bends off what bears its class, while all else stays."""
+    frame, poses = replace(FRAME, image=np.zeros((1, 1, 3), np.uint8)), AT.pose(FRAME.camera)
+    elsewhere = Poses(poses.R, poses.t, poses.q + bend)
+    monkeypatch.setattr(FINDER.rest._to_colours, "fitted", lambda *args: elsewhere)
+    rested = FINDER.rest.on_colours(frame, poses, FINDER.voter.supports(FRAME, poses))
+    np.testing.assert_array_equal(rested.q, elsewhere.q if taken else poses.q)
+
+
 def test_a_marker_that_did_not_speak_for_it_before_is_none_to_lose(monkeypatch):
     poses = AT.pose(FRAME.camera)
     off, elsewhere = (Poses(poses.R, poses.t, poses.q + bend) for bend in (0.8, -0.8))

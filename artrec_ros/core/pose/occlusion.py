@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..geometry.convex_pieces import convex_pieces
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..model.objects import ObjectModel
 from ..model.surface import Patch
@@ -85,13 +86,14 @@ class Hulls(NamedTuple):
 
 
 def hulls_of(model: ObjectModel) -> Hulls:
-    """All boxes and markers of a spatial model."""
+    """All boxes and markers of a spatial model; what lies in a marker's notch it does not cover."""
     solids = []
     for c, component in enumerate(model.components):
         solids += [(c, box.T_component_box.apply(_CORNERS * (np.array(box.size) / 2))) for box in component.bodies]
         for marker in component.markers:
             assert marker.T_component_marker is not None  # the model is spatial
-            solids.append((c, marker.T_component_marker.apply(np.pad(marker.outline, ((0, 0), (0, 1))))))
+            pieces = convex_pieces(marker.outline)
+            solids += [(c, marker.T_component_marker.apply(np.pad(piece, ((0, 0), (0, 1))))) for piece in pieces]
     sizes = [len(corners) for _, corners in solids]
     component_of = np.repeat([c for c, _ in solids], sizes)
     return Hulls(np.concatenate([corners for _, corners in solids]), component_of, [0, *accumulate(sizes)])

@@ -15,6 +15,7 @@ from .image.image_frame import ImageFrame
 from .pose.differing import MarkerPixels, odds_among
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
+from .pose.slants import Slants
 
 _Rows = NDArray[np.int64]
 
@@ -24,10 +25,29 @@ class FacingLone:
 
     def __init__(self, finder: WholeObjectFinder) -> None:
         self._finder, self._pixels = finder, MarkerPixels(finder.surface)
+        self._slants = Slants(finder.surface, finder.config)
 
     def worth(self, frame: ImageFrame, poses: Poses) -> Array:
         """(H,) pixels that speak for hypotheses."""
         return self._pixels.own(frame, poses)
+
+    def slanted(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """Those slants of some poses that refute these, by pixels, votes and contours together. What lies in a known
+        plane has none, and one that was told before stands for itself."""
+        config, faces = self._finder.config, np.isclose(np.abs(poses.R[:, 2, 2]), 1.0)
+        if frame.scene.plane is not None or frame.deadline.expired:
+            return poses[:0]
+        facing = poses[np.flatnonzero(faces)]
+        slanted, of = self._slants.of(frame, facing)
+        slanted = self._finder.climber.within_limits(frame.camera, slanted)
+        worth, kept = self.worth(frame, slanted), [poses[:0]]
+        for n in np.unique(of).tolist():
+            mine = np.flatnonzero(of == n)
+            best = slanted[mine[worth[mine].argmax(keepdims=True)]]
+            (odds,) = odds_among(self._finder, frame, Poses.concatenate([facing[n : n + 1], best]))
+            if odds > config.verdict.least_turn_odds:
+                kept.append(best)
+        return Poses.concatenate(kept)
 
     def told_apart(self, frame: ImageFrame, poses: Poses, few: _Rows, best: _Rows) -> _Rows:
         """Indices of hypotheses that are the best of their places by all their pixels, and of those with many votes

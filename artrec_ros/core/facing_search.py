@@ -161,7 +161,8 @@ class FacingSearch:
         if frame.deadline.expired:
             return found[few]
         best = self._few_of_each_place(frame, found, 1, lone.worth(frame, found.poses))
-        return found[lone.told_apart(frame, found.poses, few, best)]
+        slanted = self.finder.ranked(frame, lone.slanted(frame, found.poses[best]))
+        return found[lone.told_apart(frame, found.poses, few, best)] + slanted
 
     def _settled(self, finder: WholeObjectFinder, frame: ImageFrame, few: Ranked) -> Ranked:
         """Hypotheses after the last climb, and so those that turn the required component onto itself, where they are

@@ -34,13 +34,20 @@ def plate():
     return np.array([(-0.1, -0.04), (0.1, -0.04), (0.1, 0.04), *notch, (-0.1, 0.04)])
 
 
-def found(outline, placing, size):
+def drawn(outline, placing, size):
     image = np.zeros((size, size), np.uint8)
     at = np.rint(16 * placing.at(outline)).astype(np.int32)
-    cv2.fillPoly(image, [at], TEAM, shift=4)
+    return cv2.fillPoly(image, [at], TEAM, shift=4)
+
+
+def detections_of(outline, image):
     target = Target("lone", ObjectModel("lone", (Component("lone", (patch("lone", outline),), required=True),)), TEAM)
     recognizer = Recognizer([target], settings(), Segmenter(ImageConfig()), calibrated=False)
-    (detection,) = recognizer.recognize(image).detections
+    return recognizer.recognize(image).detections
+
+
+def found(outline, placing, size):
+    (detection,) = detections_of(outline, drawn(outline, placing, size))
     return detection
 
 
@@ -60,3 +67,36 @@ def test_a_large_outline_is_as_large_as_its_pixels_say(turn):
     detection = found(plate(), Placing(350.0, 350.0, turn, 3000.0), 700)
     assert abs(wrap_angle(detection.image.theta + turn)) < np.radians(0.5)
     assert detection.image.scale == pytest.approx(3000.0, rel=0.01)
+
+
+def squeezed(outline, way, slant):
+    """An outline that is turned out of the image plane about an axis at an angle `way` in it."""
+    across = np.array([-np.sin(way), np.cos(way)])
+    return outline - np.outer(outline @ across, across) * (1 - np.cos(slant))
+
+
+def exactly(outline, placing, size, zoom=8):
+    """A picture of pixels more than half of which the outline covers; the library paints its border, too."""
+    at = np.rint(16 * (zoom * (placing.at(outline) + 0.5) - 0.5)).astype(np.int32)
+    large = cv2.fillPoly(np.zeros((zoom * size, zoom * size), np.uint8), [at], 255, shift=4)
+    return np.where(cv2.resize(large, (size, size), interpolation=cv2.INTER_AREA) > 127, TEAM, 0).astype(np.uint8)
+
+
+@pytest.mark.parametrize("way", [0.3, 1.2, 2.6])
+@pytest.mark.parametrize("turn", [0.4, -2.0])
+def test_what_is_open_and_thin_is_found_at_a_slant(turn, way):
+    """Squeezed by more than it is wide, no similarity lies on all of it."""
+    hook, placing = ring(wide=0.01), Placing(130.0, 130.0, turn, 1000.0)
+    (detection,) = detections_of(hook, exactly(squeezed(hook, way, np.radians(20)), placing, 260))
+    assert detection.score > 0.6
+    # the gap of one that is squeezed lies a little elsewhere
+    assert abs(wrap_angle(detection.image.theta + turn)) < np.radians(8)
+    assert detection.image.scale == pytest.approx(1000.0, rel=0.04)
+
+
+def test_what_faces_the_camera_is_told_so():
+    """Slanted a little it would be as near to its labels, and larger."""
+    outline, placing = ring(wide=0.01), Placing(130.0, 130.0, 0.4, 1000.0)
+    (detection,) = detections_of(outline, exactly(outline, placing, 260))
+    assert detection.score > 0.95
+    assert detection.image.scale == pytest.approx(1000.0, rel=0.003)

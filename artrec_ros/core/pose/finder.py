@@ -314,5 +314,6 @@ def _surface_of(target: Target, config: RecognizerConfig, codes: Codes, *, facin
         votes = replace(votes, ring_px=colour.colour_ring_px, inside_empty=colour.colour_inside_empty)
     surface = SpatialModel(target.model, target.label, votes, codes)
     if facing:  # it is judged by as few points as its curves were fitted with
-        surface.limits = surface.limits._replace(point_px=np.inf, level=surface.is_level)
+        level = surface.is_level and not surface.is_lone_marker  # which may be seen at a slant
+        surface.limits = surface.limits._replace(point_px=np.inf, level=level)
     return surface

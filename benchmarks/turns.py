@@ -189,15 +189,15 @@ def _video(made: World, seed: int) -> Iterator[SimulatedFrame]:
     yield from list(simulate_motion(made.targets[:1], camera, scene, motion, sensor, seed, frames))[::SPARSE]
 
 
-def fitted(rows: Array) -> NDArray[np.float64]:
-    """Weights of `Evidence.log_odds`, by the likelihood of stills."""
+def fitted(rows: Array, least: float | None = None) -> NDArray[np.float64]:
+    """Weights of `Evidence.log_odds`, by the likelihood of stills. :param least: that evidence may have; None: any."""
     wrong, votes, contours = rows[:, 1] > 0, rows[:, 2], rows[:, 3]
 
     def loss(weights: Array) -> float:
         odds = turn_evidence.Evidence(votes, contours).log_odds(weights)
         return float(np.logaddexp(0, np.where(wrong, -odds, odds)).mean() + 1e-4 * weights @ weights)
 
-    return np.asarray(minimize(loss, np.zeros(3)).x)
+    return np.asarray(minimize(loss, np.zeros(3), bounds=[(None, None), (least, None), (least, None)]).x)
 
 
 def report(title: str, rows: Array, weights: Array) -> None:

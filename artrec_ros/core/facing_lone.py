@@ -43,7 +43,7 @@ class FacingLone:
         worth, kept = self.worth(frame, slanted), [poses[:0]]
         for n in np.unique(of).tolist():
             mine = np.flatnonzero(of == n)
-            best = slanted[mine[worth[mine].argmax(keepdims=True)]]
+            best = slanted[mine[[int(worth[mine].argmax())]]]
             (odds,) = odds_among(self._finder, frame, Poses.concatenate([facing[n : n + 1], best]))
             if odds > config.verdict.least_turn_odds:
                 kept.append(best)

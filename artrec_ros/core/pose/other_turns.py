@@ -6,7 +6,8 @@ compared (turn_evidence.py).
 
 Half a turn of a box, or what else lays the required component's markers onto themselves, leaves most as it was, too:
 joints reach where they did. There a component tells that is borne out under one of both alone. A solid of one class
-covers almost the same pixels tilted where it is (tilts.py); its outline tells.
+covers almost the same pixels tilted where it is (tilts.py); its outline tells. A base that only one joint ties to all
+else that is seen tells alone how it is turned below that (turned_alone.py).
 """
 
 from __future__ import annotations
@@ -27,6 +28,7 @@ from .other_sides import other_sides
 from .poses import Poses
 from .rivals import ANY_DEPTH, WORTH_FIT, Rivals, rivals_at_rest
 from .turn_evidence import even_odds, evidence, turn_odds
+from .turned_alone import alone_odds, turned_alone
 from .turns_in_place import goes_on, turned_in_place
 
 _TILTS = 3  # of a pose that come to rest
@@ -39,15 +41,16 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    kinds = [of(finder, frame, poses) for of in (_mirrored, turned_in_place, _other_sides, tilted_rivals)]
+    kinds = [of(finder, frame, poses) for of in (_mirrored, turned_in_place, _other_sides, tilted_rivals, _alone)]
     both = Poses.concatenate([poses, *(kind.poses for kind in kinds)])
     if len(both) == len(poses):
         return poses, others
     of, log_odds = (np.concatenate([kind[column] for kind in kinds]) for column in (1, 2))
     counts = [len(kind.of) for kind in kinds]
-    least = np.repeat([config.least_turn_odds] * 3 + [0.0], counts)
-    is_side = np.repeat([False, False, True, False], counts)
-    in_place = np.repeat([False, False, True, False, False], [len(poses), *counts])
+    first = config.least_turn_odds
+    least = np.repeat([first, first, first, 0.0, first], counts)
+    is_side = np.repeat([False, False, True, False, False], counts)
+    in_place = np.repeat([False, False, True, False, False, False], [len(poses), *counts])
     known = goes_on(finder, frame, both) if in_place.any() else in_place
     rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely
@@ -122,6 +125,17 @@ def tilted_rivals(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) ->
     config, in_colour = finder.config.verdict, finder.rest.tells_colour_edges(frame)
     found = evidence(finder, frame, poses[of], tilted)
     return Rivals(tilted, of, found.log_odds(config.tilt_odds_colour if in_colour else config.tilt_odds))
+
+
+def _alone(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Rivals:
+    """The required component turned by itself."""
+    turned, of = turned_alone(finder, frame, poses)
+    if not len(of):
+        return Rivals(turned, of, np.zeros(0))
+    best = _best_of_each(turned, finder.voter.votes(frame, turned, occlusion=True), of, finder.config.search)
+    turned, of = turned[best], of[best]
+    turned = finder.rest.on_colours(frame, turned, finder.voter.supports(frame, turned))
+    return Rivals(turned, of, alone_odds(finder, frame, poses[of], turned))
 
 
 def other_of(

@@ -129,6 +129,26 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="benchmarks/turns.py",
     )
+    alone_odds: tuple[float, ...] = param(
+        (-1.9, 15.5, 0.0),
+        "the same as turn_odds of a required component turned by itself, about the one joint by which all else that is "
+        "seen hangs on it",
+        low=-20,
+        high=100,
+        length=3,
+        paths=("space",),
+        origin="163 poses of 70 worlds, benchmarks/turned_alone.py; on 158 of 70 others log-loss by turn_odds .291, so "
+        ".165",
+    )
+    alone_odds_colour: tuple[float, ...] = param(
+        (-1.3, 15.9, 0.41),
+        "of such turns the same from colour images",
+        low=-20,
+        high=100,
+        length=3,
+        paths=("space",),
+        origin="183 poses of 70 worlds; on 195 of 70 others log-loss by turn_odds_colour .363, so .193",
+    )
     end_markers: int = param(
         3,
         "hidden ends are thought of where no more markers tell where an object is",

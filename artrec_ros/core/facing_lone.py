@@ -16,6 +16,8 @@ from .pose.differing import MarkerPixels, odds_among
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .pose.slants import Slants
+from .verdict.acceptance import verdicts_of
+from .verdict.claims import claims_of
 
 _Rows = NDArray[np.int64]
 
@@ -32,12 +34,14 @@ class FacingLone:
         return self._pixels.own(frame, poses)
 
     def slanted(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """Those slants of some poses that refute these, by pixels, votes and contours together. What lies in a known
-        plane has none, and one that was told before stands for itself."""
+        """Slants of those of some poses that face the camera and are no objects so, which they refute, by pixels, votes
+        and contours together: an outline that is drawn by eye is off, too, and a slant would explain that. What lies in
+        a known plane has none."""
         config, faces = self._finder.config, np.isclose(np.abs(poses.R[:, 2, 2]), 1.0)
         if frame.scene.plane is not None or frame.deadline.expired:
             return poses[:0]
-        facing = poses[np.flatnonzero(faces)]
+        probability = verdicts_of(claims_of(self._finder, poses, frame)).probability
+        facing = poses[np.flatnonzero(faces & (probability < config.min_probability))]
         slanted, of = self._slants.of(frame, facing)
         slanted = self._finder.climber.within_limits(frame.camera, slanted)
         worth, kept = self.worth(frame, slanted), [poses[:0]]

@@ -69,4 +69,4 @@ def test_large_blobs_are_searched_for_the_objects_that_make_them_up():
 def test_a_mask_without_a_background_is_no_room_for_huge_objects():
     """As long as unknown pixels say little wherever they are, a huge palm covers several small ones; what lay on one of
     them is kept aside, but not always found again."""
-    assert found() > found(inside_empty=settings().votes.inside[1])
+    assert found() >= found(inside_empty=settings().votes.inside[1]) + 2

@@ -143,8 +143,9 @@ class Resting:
         return self._climber.within_limits(frame.camera, fitted)
 
     def _gone_on(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
+        """Fits of those, in space from afar: what ended so far short may be slanted and bent as guesses are."""
         if not len(poses):
             return poses
-        farther = self._going_on.fitted(frame, poses, use)
-        fitted = self._fit.of(frame, farther, use, self._config.fit.fine_reach_px, last=True)
-        return self._climber.within_limits(frame.camera, fitted)
+        farther, config = self._going_on.fitted(frame, poses, use), self._config.fit
+        reach = config.fine_reach_px if self._facing else config.coarse_reach_px + config.fine_reach_px
+        return self._climber.within_limits(frame.camera, self._fit.of(frame, farther, use, reach, last=True))

@@ -104,15 +104,18 @@ class ImagePose:
 
 @dataclass(frozen=True)
 class OtherPlace:
-    """Where else in the image an object may lie: what of it is seen looks there like other parts of it.
+    """Where else in the image an object may lie: what of it is seen looks there like other parts of it; or how large it
+    may be: its long markers end elsewhere.
 
     :param image: of its required component. :param probability: 0..1, that it is there; others may be as likely.
     :param told: what is told where it lies there; None where that is not known, or there are more such places.
+    :param ends: whether but its markers' ends are elsewhere: `Detection.as_told` counts it.
     """
 
     image: ImagePose
     probability: float
     told: Detection | None = field(default=None, repr=False, compare=False)
+    ends: bool = field(default=False, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -206,7 +209,8 @@ class Detection:
     :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
     :param other_place: None where there is none; else `score` counts it.
     :param as_told: how probable its pose is, in space or in the image, if it is there, where blobs that may be
-        components of it are left unexplained, or, found flat, where what is seen may be bent otherwise, or laid so;
+        components of it are left unexplained, or, found flat, where what is seen may be bent otherwise, or laid so, or
+        its long markers may end elsewhere;
         `score` counts it, and of the former joints' deviations do.
     :param beyond_chance: the share of its probability that is left where chance makes such objects of like patches, in
         an image that faces it; `score` counts it.
@@ -247,7 +251,8 @@ class Detection:
     def may_be_elsewhere(self) -> bool:
         """Whether `there` is the less for what is seen may be other parts of it, laid elsewhere. Of a lone part, about
         which it turns, `as_told` counts that."""
-        return self.other_place is not None and (len(self.components) > 1 or self.as_told == 1)
+        place = self.other_place
+        return place is not None and not place.ends and (len(self.components) > 1 or self.as_told == 1)
 
     @property
     def is_in_doubt(self) -> bool:

@@ -28,6 +28,7 @@ from .laid_alike import LaidAlike
 from .like_sides import LikeSides
 from .lookalikes import Lookalikes
 from .on_likes import OnLikes
+from .other_ends import OtherEnds
 from .other_joints import OtherJoints
 from .poses import Poses
 from .ranked import Ranked
@@ -69,6 +70,7 @@ class WholeObjectFinder:
         self.required = RequiredPlace(target.model, self.surface)
         self.upright = Upright(self.required)
         self.hidden_ends = None if facing else HiddenEnds(self.surface, self.voter, self.rest, self.required, config)
+        self.other_ends = OtherEnds(self.surface, self.voter, self.climber, config) if facing else None
         self.last_climb = Climb.last(config, facing=facing)
         self._bend()
         self._lay_otherwise()

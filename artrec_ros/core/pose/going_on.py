@@ -37,7 +37,7 @@ class GoingOn:
         self._ends = far_ends(surface, config) & surface.open_contour
         self._marker = np.nonzero(self._ends)[0]  # (E,) of each end
         self._on = np.tile(surface.component[surface.markers[self._marker]], 2)
-        self._of_end = _ends_of(surface.outward[self._ends], self._marker)
+        self._of_end = ends_of(surface.outward[self._ends], self._marker)
         # (2 E, 3) these points, and others a little farther out
         self._at = np.concatenate([surface.contour[self._ends], (surface.contour + surface.outward)[self._ends]])
 
@@ -49,6 +49,11 @@ class GoingOn:
     def rows(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> NDArray[np.int64]:
         """Which are such. :param used: (H, M) the markers whose contours."""
         return self._goes_on(frame, poses, used, self._own(frame, poses, used))
+
+    def at_ends(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """(H, E) at which points of ends of markers in use their class goes on."""
+        inside, outside = self._own(frame, poses, used)
+        return np.asarray(inside & outside)
 
     def fitted_anew(
         self, frame: ImageFrame, begun: Poses, fitted: Poses, used: NDArray[np.bool_]
@@ -66,11 +71,14 @@ class GoingOn:
         rows = np.flatnonzero(on | lost)
         return rows, Poses.concatenate([begun, fitted])[rows + len(begun) * ~lost[rows]]
 
-    def fitted(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]) -> Poses:
-        """A few steps of least squares; arguments as of `rows`."""
+    def fitted(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_], *, covered: bool = True) -> Poses:
+        """A few steps of least squares; arguments as of `rows`.
+
+        :param covered: what begins farther inside than guesses are off is partly covered, and no end is pulled there.
+        """
         steps = self._steps.begun(frame, used)
         for _ in self._config.coarse_reach_px:
-            fit, residual, weight, _ = self._edges(frame, poses, used)
+            fit, residual, weight, _ = self._edges(frame, poses, used, covered=covered)
             poses, moved_px = self._steps.step(steps, poses, fit, residual, weight)
             if moved_px < _NEAR_PX:
                 break
@@ -97,11 +105,13 @@ class GoingOn:
         return np.asarray((kinds[self._marker, codes] == OWN) & used[:, self._marker])
 
     def _edges(
-        self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
+        self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_], *, covered: bool = True
     ) -> tuple[ContourFit, Array, Array, NDArray[np.bool_]]:
         """Contours against the labels' edges, residuals and weights (H, K, m), and at which points these are where the
-        class ends that goes on beyond reach. What goes on for more than half of a marker's length is more than it; what
-        begins farther inside than guesses are off is partly covered."""
+        class ends that goes on beyond reach. What goes on for more than half of a marker's length is more than it.
+
+        :param covered: as of `fitted`.
+        """
         s, which, reach = self._surface, np.flatnonzero(used.any(axis=0)), self._reach
         fit = contour_fit(s, frame, poses, used, reach, self._config)
         residual, weight, on = fit.residual.copy(), fit.weight.copy(), np.zeros(fit.weight.shape, bool)
@@ -111,7 +121,7 @@ class GoingOn:
         kinds = edge_terms(s, frame.field, (reach,), self._config).kind[which][k]  # (n, 256)
         around = fit.point[h, k] - fit.point[h, k].mean(axis=1, keepdims=True)  # wherever the object's own place is
         half_px = np.minimum(np.linalg.norm(around, axis=2).max(axis=1), sum(frame.size))
-        for way, most in (1, half_px), (-1, np.full(len(h), self._off)):
+        for way, most in (1, half_px), (-1, np.full(len(h), self._off) if covered else half_px):
             away = np.arange(reach, max(int(most.max()), reach) + 1)
             codes = frame.field.at(fit.point[h, k, i, None] + way * away[:, None] * fit.normal[h, k, i, None])
             own = np.take_along_axis(kinds, codes.astype(np.int64), axis=1) == OWN
@@ -123,7 +133,7 @@ class GoingOn:
         return fit, residual, weight, on
 
 
-def _ends_of(outward: Array, marker: NDArray[np.int64]) -> Array:
+def ends_of(outward: Array, marker: NDArray[np.int64]) -> Array:
     """(E, N) 1 where a point is at an end: those of one marker that look about the same way. :param outward: (E, 3)."""
     same = (marker[:, None] == marker) & (outward @ outward.T > 0)
     return np.asarray(np.unique(same, axis=1), np.float64)

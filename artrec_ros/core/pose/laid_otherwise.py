@@ -51,9 +51,14 @@ def likelier_laid(
 
     :param used: (H, M) markers that the labels support.
     """
-    told = [poses[h : h + 1] for h in range(len(poses))]
-    found = [_others(finder, frame, pose, used[h]) for h, pose in enumerate(told)]
-    out = list(found)
+    return told_likelier(poses, [_others(finder, frame, poses[h : h + 1], used[h]) for h in range(len(poses))])
+
+
+def told_likelier(
+    poses: Poses, found: Sequence[LaidOtherwise | None]
+) -> tuple[Poses, Sequence[LaidOtherwise | None], Sequence[LaidOtherwise | None]]:
+    """The likeliest of H poses and of how else each may lie; how else each of these may, and those that were found."""
+    told, out = [poses[h : h + 1] for h in range(len(poses))], list(found)
     for h, laid in enumerate(found):
         if laid is not None and laid.log_odds.max() > 0:
             row = int(np.argmax(laid.log_odds))

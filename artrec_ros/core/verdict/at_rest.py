@@ -18,6 +18,7 @@ from ..model.found import OtherTurn
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.laid_otherwise import LaidOtherwise, likelier_laid
+from ..pose.likelier_ends import likelier_ends
 from ..pose.other_bends import likelier_bends
 from ..pose.other_rests import likelier_rests
 from ..pose.other_turns import likelier_turns, look_otherwise, other_of
@@ -38,7 +39,7 @@ class AtRest(NamedTuple):
     :ivar laid: how else they may be laid by what is seen of them.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
     :ivar drawn: where each of several would come to rest if what nearer ones hide were its own: what they leave of
-        their rims may be drawn onto them.
+        their rims may be drawn onto them. Of what faces the camera where each is with its ends as they were found.
     """
 
     verdicts: Sequence[Verdict]
@@ -105,8 +106,10 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     found = candidates(verdicts)
     poses = finder.rest.at_rest(frame, found, used)
     if finder.facing:
-        poses, none = _to_scale(finder, frame, poses), [None] * len(poses)
-        return AtRest(verdicts, frames, poses, used, none, none, none, np.zeros(poses.q.shape), poses)
+        first, none = _to_scale(finder, frame, poses), [None] * len(poses)
+        likelier, ends, as_found = likelier_ends(finder, hurried, first, used)
+        rest = AtRest(verdicts, frames, likelier, used, none, none, ends, np.zeros(poses.q.shape), first)
+        return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
     poses = first = _in_reach(finder, frame, found, poses)
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
@@ -174,7 +177,9 @@ def _judged_anew(
         used[n], bends[n] = finder.voter.supports(rest.frames[n].unhurried(), first[n : n + 1])[0], 0.0
     elsewhere = [None if n in back else other for n, other in enumerate(rest.elsewhere)]
     laid = [as_found[n] if n in back else other for n, other in enumerate(rest.laid)]
-    return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, poses)
+    return AtRest(
+        verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, rest.drawn if finder.facing else poses
+    )
 
 
 def _doubted(finder: WholeObjectFinder, frame: ImageFrame, told: Poses, likelier: Poses) -> OtherTurn | None:

@@ -220,12 +220,13 @@ class Describer:
 
     def _first_in_their_places(self, rest: AtRest) -> list[int]:
         """Rows of those in whose places none before is, be they turned onto themselves: what an object leaves of its
-        rim, or of its length, may come to rest on it."""
+        rim, or of its length, may come to rest on it; what faces the camera may be told with its ends elsewhere."""
         h, first = len(rest.poses), list[int]()
         if h == 1:
             return [0]
         every = Poses.concatenate([rest.drawn, self.finder.in_place.of(rest.drawn)])
-        there = self.finder.required.is_in_place_of(every, rest.poses, self.finder.config.search.niche_rad)
+        told = rest.drawn if self.finder.facing else rest.poses
+        there = self.finder.required.is_in_place_of(every, told, self.finder.config.search.niche_rad)
         same = there[:h] | there[h:].reshape(h, len(self.finder.in_place), h).any(axis=1)
         for n in range(h):
             if not same[n, first].any():

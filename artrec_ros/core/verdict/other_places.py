@@ -40,9 +40,11 @@ def beside_other_places(
 def beside_laid_otherwise(
     finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, laid: LaidOtherwise | None, detection: Detection
 ) -> Detection:
-    """One that is found in space."""
+    """One that is found in space; or one that faces the camera, whose long markers' ends may be elsewhere."""
     if laid is None:
         return detection
+    if finder.facing:
+        return _beside_ends(finder, frame, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
     return _beside(finder, frame, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
 
 
@@ -68,8 +70,17 @@ def _beside(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: 
         score=d.score * told,
         as_told=d.as_told * (told if turns else 1.0),
         components=parts,
-        other_place=place if likely else None,
+        other_place=place if likely else d.other_place,
     )
+
+
+def _beside_ends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: Array, d: Detection) -> Detection:
+    """As `_beside`. It is there, and so are its components, be they smaller or larger."""
+    best, told = 1 + int(np.argmax(shares[1:])), float(shares[0])
+    lies = _laid(finder, d, _places(finder.surface, frame.camera, poses)[best])
+    place = OtherPlace(lies, float(shares[best]), ends=True)
+    likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
+    return replace(d, score=d.score * told, as_told=d.as_told * told, other_place=place if likely else d.other_place)
 
 
 def _laid(finder: WholeObjectFinder, detection: Detection, places: Array) -> ImagePose:

@@ -191,6 +191,27 @@ class VerdictConfig(Room):
         paths=("space",),
         origin="what poses of few markers are off without anything hidden",
     )
+    far_end_odds: tuple[float, ...] = param(
+        (0.92, 2.01, 23.4, 5.89),
+        "log odds between readings of long markers that face the camera: less by so much for each end beyond which the "
+        "class goes on, for each that lies beyond its class, and if all of their sides had no edge; more by so many "
+        "times the logarithm of votes",
+        low=0,
+        high=100,
+        length=4,
+        paths=("facing",),
+        origin="benchmarks/ends.py",
+    )
+    far_end_apart: tuple[float, ...] = param(
+        (2.1, 0.05),
+        "such a reading is another one where some end lies farther off than that (px), and than this share of the "
+        "distance between the farthest ends",
+        low=0,
+        high=50,
+        length=2,
+        paths=("facing",),
+        origin="three deviations of a contour's point, `fit.point_sigma_px`; what widths tell at best",
+    )
     in_place_odds: tuple[float, ...] = param(
         (-1.0, 4.0),
         "log odds beside these of a turn that lays the required component's markers onto themselves, as half a turn of "

@@ -1,0 +1,135 @@
+"""Where long markers that face the camera may end otherwise: their scale is told by their ends, and what is nearer to
+the truth at each of these no vote tells.
+
+Something of a marker's class that touches its end makes it longer, something unknown over it, or a class that ate it,
+shorter. Without what is seen about that end, its width and its other end tell where it is. Which reading is the true
+one say how many ends go on beyond it or fall short, by how much of their length the sides have no edge, and votes; how
+wide a marker looks does not by itself: labels that are thinner all around are as common as strays.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..base.config import RecognizerConfig
+from ..geometry.projection import project
+from ..geometry.transforms import Array
+from ..image.image_frame import ImageFrame
+from .climber import Climber
+from .edges import would_show
+from .going_on import GoingOn, ends_of
+from .pose_fit import Fit, contour_fit, far_ends
+from .poses import Poses
+from .surface_model import SpatialModel
+from .voter import Voter
+
+AT_EDGE, GOES_ON, BEYOND = 0, 1, 2  # an end's class ends there, goes on beyond it, or ends before
+
+
+class Seen(NamedTuple):
+    """Of H poses. :ivar state: (H, E) of ends.
+    :ivar evidence: (H, 4) what speaks for each, as `VerdictConfig.far_end_odds` weighs it: less the ends beyond which
+        their class goes on, those that lie beyond it, and the share of the sides without an edge; logarithm of votes.
+    """
+
+    state: NDArray[np.int64]
+    evidence: Array
+
+
+class OtherEnds:
+    """Of one object's markers."""
+
+    def __init__(self, surface: SpatialModel, voter: Voter, climber: Climber, config: RecognizerConfig) -> None:
+        self._surface, self._voter, self._climber, self._config = surface, voter, climber, config
+        self._fit, self._going_on = Fit(surface, config.fit, facing=True), GoingOn(surface, config.fit, facing=True)
+        self._far = far_ends(surface, config.fit) & surface.open_contour
+        of_end = ends_of(surface.outward[self._far], np.nonzero(self._far)[0])
+        self._end = np.zeros((of_end.shape[1], *self._far.shape), bool)  # (N, M, m) points of each end
+        self._end[:, self._far] = of_end.T > 0
+        self._marker = self._end.any(axis=2).argmax(axis=1)  # (N,)
+        off = surface.contour - surface.centre[surface.markers][:, None]
+        outward = [surface.outward[end].mean(axis=0) for end in self._end]
+        self._half = np.array([  # (N, M, m) points of the marker's half that has the end
+            (np.arange(len(off)) == k)[:, None] & (off @ way > 0) for k, way in zip(self._marker, outward, strict=True)
+        ]).reshape(self._end.shape)  # fmt: skip
+
+    @property
+    def may_be(self) -> bool:
+        """Whether the object has long markers."""
+        return len(self._end) > 0
+
+    def of(self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> tuple[Poses, Array]:
+        """Other poses of one at rest, and the log odds that each is the true one, not the told one. Each has some end
+        otherwise than those before: what ends at the same edges is the same, better or worse fitted.
+
+        :param used: (M,) markers that the labels support.
+        """
+        ends = np.flatnonzero(used[self._marker])
+        if not len(ends):
+            return pose[:0], np.zeros(0)
+        both = Poses.concatenate([pose, self._in_limits(frame, self._ended_otherwise(frame, pose, used, ends))])
+        seen = self.seen(frame, both, used, ends)
+        worth = seen.evidence @ np.array(self._config.verdict.far_end_odds)
+        at, kept = self._at(frame, both, ends), [0]
+        apart_px, share = self._config.verdict.far_end_apart
+        apart_px = max(apart_px, share * float(np.linalg.norm(at[0][:, None] - at[0], axis=2).max()))
+        for n in (1 + np.argsort(-worth[1:], kind="stable")).tolist():
+            far = np.linalg.norm(at[kept] - at[n], axis=2).max(axis=1) > apart_px
+            if (far & (seen.state[kept] != seen.state[n]).any(axis=1)).all():
+                kept.append(n)
+        return both[kept[1:]], (worth - worth[0])[kept[1:]]
+
+    def seen(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_], ends: NDArray[np.int64]) -> Seen:
+        """What is seen of H poses. :param ends: (E,) numbers of those that may be elsewhere."""
+        config, which, use = self._config, np.flatnonzero(used), np.tile(used, (len(poses), 1))
+        reach, border = config.covariance.reach_px, config.fit.border_px
+        fit = contour_fit(self._surface, frame, poses, use, reach, config.fit)
+        bare, sides = fit.shown & ~(fit.weight > 0), ~self._far[which]
+        shows = would_show(frame.field, fit.point, fit.normal, reach, border)
+        lost = (bare & shows & sides).sum(axis=(1, 2)) / sides.sum()
+        own = self._going_on.at_ends(frame, poses, use)
+        goes_on = np.stack([own[:, end[self._far]].mean(axis=1) > 0.5 for end in self._end[ends]], axis=1)
+        open_ = np.stack([bare[:, end].all(axis=1) for end in self._end[ends][:, which]], axis=1)
+        state = np.where(open_, np.where(goes_on, GOES_ON, BEYOND), AT_EDGE)
+        votes = np.log(np.maximum(self._voter.votes(frame, poses, occlusion=True), 1.0))
+        count = [(state == which).sum(axis=1) for which in (GOES_ON, BEYOND)]
+        return Seen(state, np.stack([-count[0], -count[1], -lost, votes], axis=1))
+
+    def _ended_otherwise(
+        self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_], ends: NDArray[np.int64]
+    ) -> Poses:
+        """With ends where the class ends; and from there, and from where they are, without each of them.
+
+        What is seen about an end is left out with all of the marker's half first: its sides may be a stray's.
+        """
+        config = self._config.fit
+        afar = config.coarse_reach_px + config.fine_reach_px
+        spans = self._going_on.fitted(frame, pose, used[None], covered=False)
+        begun = Poses.concatenate([pose, self._fit.of(frame, spans, used[None], config.fine_reach_px, last=True)])
+        row, end = np.repeat(np.arange(len(begun)), len(ends)), np.tile(ends, len(begun))
+        use, freed = np.tile(used, (len(row), 1)), begun[row]
+        shown = self._surface.shown_contour(freed, use)
+        for without in (self._half[end], self._end[end]):
+            freed = self._fit.by(self._fit.terms(frame, use, afar, shown=shown & ~without), frame, freed)
+        return Poses.concatenate([begun[1:], freed])
+
+    def _in_limits(self, frame: ImageFrame, poses: Poses) -> Poses:
+        """Those of a scale that is looked for, and that the scene has there."""
+        near_m, far_m = self._climber.depths(frame.camera)
+        depth = poses.t[:, 2]
+        kept = (depth >= near_m) & (depth <= far_m)
+        if frame.scene:
+            scale, limits = frame.camera.focal_px / depth, frame.scene.scale_limits(project(frame.camera, poses.t))
+            kept &= (scale >= limits[:, 0]) & (scale <= limits[:, 1])
+        return poses[np.flatnonzero(kept)]
+
+    def _at(self, frame: ImageFrame, poses: Poses, ends: NDArray[np.int64]) -> Array:
+        """(H, E, 2) the ends' middles, pixels."""
+        surface = self._surface
+        points = np.array([surface.contour[self._end[k]].mean(axis=0) for k in ends])
+        frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
+        X = surface.place(frames, points, surface.component[surface.markers[self._marker[ends]]])
+        return project(frame.camera, X.reshape(-1, 3)).reshape(len(poses), len(ends), 2)

@@ -1,7 +1,7 @@
 """Where long flat markers end that something touches, or of which labels are wider or narrower: fits
 `expert.verdict.far_end_odds`.
 
-    python benchmarks/ends.py [--worlds 800]    # two minutes
+    python benchmarks/ends.py [--worlds 800]    # five minutes
 
 Bars alone, 60 to 300 px long and 6 to 20 times as long as wide, seen from straight in front, blurred, with ragged edges
 and labels 0.3 px off all around, outwards or inwards. Half of them are no more than that; of a sixth the outermost half

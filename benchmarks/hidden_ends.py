@@ -24,7 +24,7 @@ from artrec_ros.core.geometry.transforms import Array, Pose
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_rests
-from artrec_ros.core.pose.turn_evidence import Evidence, evidence, turn_odds
+from artrec_ros.core.pose.turn_evidence import evidence, turn_odds
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
@@ -42,12 +42,8 @@ class HiddenRecorder(Recorder):
     """What the recogniser finds to speak for hidden ends."""
 
     def __init__(self) -> None:
-        super().__init__(NEAR_RAD, NEAR_SHARE)
+        super().__init__(NEAR_RAD, NEAR_SHARE, mirrored=False)
         vars(other_rests)["turn_odds"] = self._odds
-
-    def _evidence(self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None) -> Evidence:
-        """Mirrored turns are not recorded."""
-        return self._plain(finder, frame, poses, mirrored, component)
 
     def _odds(self, finder: Any, frame: Any, poses: Any, others: Any) -> Array:
         found, odds = evidence(finder, frame, poses, others), turn_odds(finder, frame, poses, others)

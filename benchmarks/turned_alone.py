@@ -27,7 +27,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_turns
-from artrec_ros.core.pose.turn_evidence import Evidence, evidence
+from artrec_ros.core.pose.turn_evidence import evidence
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
@@ -43,12 +43,8 @@ class AloneRecorder(Recorder):
     """What the recogniser finds to speak for such turns."""
 
     def __init__(self) -> None:
-        super().__init__(NEAR_RAD, NEAR_SHARE)
+        super().__init__(NEAR_RAD, NEAR_SHARE, mirrored=False)
         self._odds, vars(other_turns)["alone_odds"] = other_turns.alone_odds, self._alone
-
-    def _evidence(self, *of: Any, **more: Any) -> Evidence:
-        """Mirrored turns are not recorded."""
-        return self._plain(*of, **more)
 
     def _alone(self, finder: Any, frame: Any, poses: Any, turned: Any) -> Array:
         found, odds = evidence(finder, frame, poses, turned), self._odds(finder, frame, poses, turned)

@@ -66,19 +66,21 @@ CORRELATIONS, MEMORIES_S = (0.0, 0.05, 0.1, 0.2, 0.4, 1.0), (0.3, 1.0, 3.0, 10.0
 class Recorder:
     """What the recogniser finds to speak for mirrored turns."""
 
-    def __init__(self, near_rad: float = NEAR_RAD, near_share: float = NEAR_SHARE) -> None:
-        """:param near_rad, near_share: of the truth is right; turn, and place as a share of the range."""
-        self._near = near_rad, near_share
+    def __init__(self, near_rad: float = NEAR_RAD, near_share: float = NEAR_SHARE, *, mirrored: bool = True) -> None:
+        """:param near_rad, near_share: of the truth is right; turn, and place as a share of the range.
+        :param mirrored: whether mirrored turns are recorded."""
+        self._near, self._mirrored = (near_rad, near_share), mirrored
         self._plain, self.rows = turn_evidence.evidence, list[tuple[str, Pose, Pose, float, float]]()
         vars(turn_evidence)["evidence"] = self._evidence
         self._plain_bends, self.bends = other_bends.bend_evidence, list[tuple[str, Pose, str, float, float, Any]]()
         vars(other_bends)["bend_evidence"] = self._bend_evidence
 
     def _evidence(
-        self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None
+        self, finder: Any, frame: Any, poses: Any, mirrored: Any, component: int | None = None, **exchanged: bool
     ) -> turn_evidence.Evidence:
-        found, name = self._plain(finder, frame, poses, mirrored, component), finder.target.name
-        for n in range(len(poses) if component is None else 0):  # weights are of all that is known
+        found, name = self._plain(finder, frame, poses, mirrored, component, **exchanged), finder.target.name
+        whole = component is None and not exchanged  # weights are of all that is known
+        for n in range(len(poses) if self._mirrored and whole else 0):
             both = (Pose(p.R[n], p.t[n]) for p in (poses, mirrored))
             self.rows.append((name, *both, float(found.votes[n]), float(found.contours[n])))
         return found

@@ -7,7 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
-from ..core.base.config import VotesConfig
+from ..core.base.config import LearningConfig, VotesConfig
 from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
@@ -19,6 +19,7 @@ _UNKNOWN: Mapping[int, float] = MappingProxyType({})
 _WORTH_TELLING = 0.01  # share of a class that gets another's label
 _WIDER = 1.25  # limits of the scale, over what was marked: that of small patches is found to a tenth, or less
 _FEW = 10  # objects: below it their scales tell little of how near and far others are
+_BESIDE_PX = LearningConfig.beside_px  # what lies beside markers begins so far off: what reaches less far is none of it
 _LEAST_PX = 0.7  # by which outlines are too small before that is told, as of `rings_px`
 
 
@@ -50,7 +51,7 @@ def report(
     yield from _advice(learned)
     yield from _advice_on_strays(learned)
     yield from _advice_on_outlines(learned, scales, beyond_px)
-    yield from _advice_on_bodies(learned, bodies)
+    yield from _advice_on_the_lost(learned, bodies)
 
 
 def scale_limits(scales: Array) -> tuple[float, float]:
@@ -105,7 +106,7 @@ def _advice(learned: Learned) -> Iterator[str]:
         if name in learned.image.classes:
             continue
         for other, share in shares.items():
-            own_ring = name == BESIDE and other in learned.rings_px
+            own_ring = name == BESIDE and learned.rings_px.get(other, 0.0) > _BESIDE_PX + learned.image.blur_px
             if other in learned.image.classes and share >= MUCH and not own_ring:
                 why = _why(name, learned.mostly_in.get((name, other)))
                 yield (
@@ -142,20 +143,35 @@ def _advice_on_outlines(learned: Learned, scales: Array | None, beyond_px: Mappi
         )
 
 
-def _advice_on_bodies(learned: Learned, bodies: Collection[str]) -> Iterator[str]:
-    """A line for each body's class that would speak for its objects by less than half of what a plain one does."""
-    own, unknown, other = VotesConfig().body
-    for name in sorted(set(bodies) & set(learned.confusion)):
+def _advice_on_the_lost(learned: Learned, bodies: Collection[str]) -> Iterator[str]:
+    """A line for each class that would speak for its objects by less than half of what a plain one does."""
+    for name in sorted(set(learned.image.classes) & set(learned.confusion)):
+        is_body = name in bodies
+        own, unknown, other = VotesConfig().body if is_body else VotesConfig().inside
         shares = learned.confusion[name]
         right, rest = shares.get(name, 0.0), shares.get("unknown", 0.0)
         if own * right + unknown * rest + other * (1 - right - rest) < own / 2:
+            remedy = _remedy_of_body(name, shares, rest) if is_body else _remedy(name, shares, rest)
             yield (
-                f"{right:.0%} of the body's class '{name}' is told, too little: it speaks for objects by less than "
-                f"half of what it should, or against them. {_remedy(name, shares, rest)}"
+                f"{right:.0%} of the {'body' if is_body else 'marker'}'s class '{name}' is told, too little: it speaks "
+                f"for objects by less than half of what it should, or against them. {remedy}"
             )
 
 
 def _remedy(name: str, shares: Mapping[str, float], unknown: float) -> str:
+    """What helps a marker's class: it is known in the light and by the pixels in which it was marked."""
+    others = {other: share for other, share in shares.items() if other not in (name, "unknown")}
+    most = max(others, key=lambda other: others[other], default=None)
+    if most is None or sum(others.values()) < unknown:
+        return (
+            "Most of the rest counts as background, or as no colour: grey, dark or glaring pixels. Look whether the "
+            "marks lie on it, and well inside its edges; mark it in more light and shade; else choose a colour that "
+            "differs more from what is around it"
+        )
+    return f"{most} takes {others[most]:.0%} of it: mark both in the same light, or choose colours that differ more"
+
+
+def _remedy_of_body(name: str, shares: Mapping[str, float], unknown: float) -> str:
     """What helps a body's class: one that another class takes is lost around markers, too, without its label."""
     others = {other: share for other, share in shares.items() if other not in (name, "unknown")}
     most = max(others, key=lambda other: others[other], default=None)

@@ -36,26 +36,44 @@ _GREYS: Colours = np.linspace(0, 1, _LIGHTS, dtype=np.float32)[:, None].repeat(3
 def colour_table(config: ImageConfig) -> tuple[NDArray[np.uint8], Codes]:
     """(65536,) code of every 16-bit colour (blue in the low 5 bits, green, red in the high 5), and what codes mean."""
     classes, scatter = tuple(config.classes.items()), (config.noise, config.light_spread, config.max_deviation)
-    return _table(classes, config.background, scatter)
+    return _table(classes, (config.background, config.background_light), scatter)
 
 
 @lru_cache(2)  # who tries how to sharpen images has the same colours each time
 def _table(
-    own: tuple[tuple[str, ClassConfig], ...], background: tuple[int, ...], scatter: tuple[float, float, float]
+    own: tuple[tuple[str, ClassConfig], ...],
+    background: tuple[tuple[int, ...], tuple[float, ...]],
+    scatter: tuple[float, float, float],
 ) -> tuple[NDArray[np.uint8], Codes]:
     noise, light_spread, most = scatter
     config = ImageConfig(
-        classes=dict(own), background=background, noise=noise, light_spread=light_spread, max_deviation=most
+        classes=dict(own),
+        background=background[0],
+        background_light=background[1],
+        noise=noise,
+        light_spread=light_spread,
+        max_deviation=most,
     )
     classes, labels = _classes(config)
     parts = [_costs(config, classes, code) for code in np.arange(1 << 16).reshape(-1, _AT_ONCE)]
     cost, held = (np.concatenate(of, axis=1) for of in zip(*parts, strict=True))
-    unknown = np.full((1, 1 << 16), config.max_deviation**2, np.float32)
-    every = [np.min(cost[[cls.label == label for cls in classes]], axis=0) for label in labels[1:]]
-    weights = _weights(np.stack([*unknown, *every]))
+    weights = _weights(_of_labels(config, classes, labels, cost))
     table, meaning = coded(_first(classes, labels, held), weights, np.array(labels, np.uint8))
     table.setflags(write=False)
     return table, meaning
+
+
+def shares(config: ImageConfig, codes: NDArray[np.uint16]) -> dict[int, Colours]:
+    """Label -> (n,) how far 16-bit colours (n,) are of it, 0 to 1: what the table's codes mean, but for their steps."""
+    classes, labels = _classes(config)
+    found, of = np.unique(codes, return_inverse=True)
+    cost, held = _costs(config, classes, found)
+    first = _first(classes, labels, held)
+    second, share = _pairs(first, _weights(_of_labels(config, classes, labels, cost)))
+    shared = {label: np.zeros(len(found), np.float32) for label in labels}
+    for row, label in enumerate(labels):
+        shared[label] += share * (first == row) + (1 - share) * (second == row)
+    return {label: share[of] for label, share in shared.items()}
 
 
 def named(config: ImageConfig, codes: NDArray[np.uint16]) -> NDArray[np.uint8]:
@@ -68,7 +86,7 @@ def named(config: ImageConfig, codes: NDArray[np.uint16]) -> NDArray[np.uint8]:
 
 def _classes(config: ImageConfig) -> tuple[list[ClassConfig], list[int]]:
     """The classes, the background's colours last as one of label 0; and their labels, unknown first."""
-    background = ClassConfig(label=0, rgb=config.background)
+    background = ClassConfig(label=0, rgb=config.background, light=config.background_light)
     classes = [*config.classes.values(), *([background] if config.background else [])]
     return classes, [0, *dict.fromkeys(cls.label for cls in classes)]
 
@@ -77,6 +95,12 @@ def _first(classes: Sequence[ClassConfig], labels: Sequence[int], held: Colours)
     """(n,) the row among labels of the class that colours are named, by costs (classes, n)."""
     row = np.array([0, *(labels.index(cls.label, 1) for cls in classes)])
     return np.asarray(row[np.argmin(np.concatenate([np.full((1, held.shape[1]), _MOST, np.float32), held]), axis=0)])
+
+
+def _of_labels(config: ImageConfig, classes: Sequence[ClassConfig], labels: Sequence[int], cost: Colours) -> Colours:
+    """(labels, n) the least costs under classes with each label, unknown first, by costs (classes, n)."""
+    unknown = np.full((1, cost.shape[1]), config.max_deviation**2, np.float32)
+    return np.stack([*unknown, *(cost[[cls.label == label for cls in classes]].min(axis=0) for label in labels[1:])])
 
 
 def _weights(cost: Colours) -> Colours:
@@ -95,12 +119,7 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     A code is a pair, the class that is named and the weightiest other one, with the share of the first: in steps so
     fine that the pairs that occur have codes enough; where not even halves have, all are sure.
     """
-    colours = np.arange(len(first))
-    rest = weights.copy()
-    rest[first, colours] = -1.0
-    second = np.argmax(rest, axis=0)
-    a, b = weights[first, colours], weights[second, colours]
-    share = a / np.maximum(a + b, 1e-30)
+    second, share = _pairs(first, weights)
     for steps in range(_FINEST, -1, -1):
         step = np.rint(share * steps).astype(int)
         other = np.where(step == steps, first, second)
@@ -121,6 +140,16 @@ def coded(first: NDArray[np.intp], weights: Colours, labels: NDArray[np.uint8]) 
     np.add.at(meaning, (np.arange(len(found)), labels[named]), part)
     np.add.at(meaning, (np.arange(len(found)), labels[other]), 1 - part)
     return code[:-1].astype(np.uint8), Codes(label, meaning)
+
+
+def _pairs(first: NDArray[np.intp], weights: Colours) -> tuple[NDArray[np.intp], Colours]:
+    """(n,) the weightiest class of colours but the one that is named, and the share of the latter of both."""
+    colours = np.arange(len(first))
+    rest = weights.copy()
+    rest[first, colours] = -1.0
+    second = np.argmax(rest, axis=0)
+    a, b = weights[first, colours], weights[second, colours]
+    return second, np.asarray(a / np.maximum(a + b, 1e-30))
 
 
 def _costs(config: ImageConfig, classes: Sequence[ClassConfig], code: NDArray) -> tuple[Colours, Colours]:

@@ -22,7 +22,7 @@ from ..geometry.transforms import Array
 from ..image.colour_table import Colours, as_grey, cost_of
 
 _LEARNING = LearningConfig()
-_LIGHTS = ((0.35, 1.8), (0.6, 1.3), (0.7, 1.1))  # ranges of light that a class' reference may have: the usual one first
+_LIGHTS = ((0.35, 1.8), (0.6, 1.3), (0.7, 1.1))  # ranges of light that a reference may have: the usual one first
 _OTHER_LIGHT = (0.5, 0.7, 1.4)  # light in which samples are looked at besides their own
 _WORST = 6.0  # loss of a sample at most: wrong samples decide nothing
 _TINY = 1e-300  # has a logarithm
@@ -51,13 +51,14 @@ def clusters(colours: Colours, count: int, least_share: float) -> list[Colours]:
 
 
 def candidates(samples: Mapping[str | None, Sequence[Colours]]) -> list[Reference]:
-    """Per owner the centres of its samples' clusters, each in every range of light; the background's in the usual."""
+    """Per owner the centres of its samples' clusters, each in every range of light: a white sheet is background without
+    taking what is grey and nearly a class' own."""
     found = []
     for owner, groups in samples.items():
         for colours in groups:
             count = _LEARNING.clusters_background if owner is None else _LEARNING.clusters
             for centre in clusters(colours, count, _LEARNING.least_share):
-                found += [Reference(owner, centre, light) for light in (_LIGHTS[:1] if owner is None else _LIGHTS)]
+                found += [Reference(owner, centre, light) for light in _LIGHTS]
     return found
 
 

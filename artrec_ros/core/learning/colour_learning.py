@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from ..base.config import ClassConfig, ImageConfig, LearningConfig
 from ..base.errors import ConfigError
-from ..image.colour_table import Colours, deviation, named, ray
-from ..image.segmentation import Segmenter, packed
+from ..image.colour_table import Colours, deviation, ray
+from ..image.segmentation import Segmenter
 from .colour_choice import Offer, Reference, choose, clusters
+from .colour_counts import Samples, confusion, worth
 
 _LEARNING = LearningConfig()
 _FEW = 8  # names that a message lists
@@ -30,7 +31,6 @@ _ENDED = 0.3  # share of what is around a region that is told where its outline 
 _SAME = (0.8, 1.25)  # light in which a colour still is the same
 
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR, class numbers (H, W)
-Samples = Mapping[str, NDArray[np.uint8]]
 
 
 class Stray(NamedTuple):
@@ -52,7 +52,8 @@ class Learned:
     """What was learned.
 
     :param image: the configuration with the classes' reference colours and the background's.
-    :param confusion: class -> class (or 'unknown') -> share of its samples that get that class' label.
+    :param confusion: class -> class (or 'unknown') -> its samples' share of it, as the recogniser weighs them: a colour
+        that is as like one as the other counts half for either.
     :param samples: class -> number of its samples.
     :param rings_px: classes that go on just beyond their outlines all around -> how far, pixels.
     :param mostly_in: background and the class that takes much of it -> the one region, where one holds most of that.
@@ -168,14 +169,8 @@ def learn_colours(
     tried = list(product(range(_LEARNING.draws), _LEARNING.weights_background))
     drawn = lru_cache(1)(partial(_Draw.of, samples, labels, image, doubtful))  # it is the same for all weights
     draws = [drawn(tried[n][0]).learned(labels, image, tried[n][1]) for n in shown(range(len(tried)))]
-    return max(draws, key=lambda learned: _worth(learned, labels))
-
-
-def _worth(learned: Learned, labels: Collection[str]) -> float:
-    """Mean logarithm of the shares that are right: of each class, and of each background. What lies beside markers is
-    little of an image, but what is lost there are outlines."""
-    shares = [told.get(name if name in labels else "unknown", 0.0) for name, told in learned.confusion.items()]
-    return float(np.mean(np.log(np.maximum(shares, 1e-3))))
+    _, learned, counted = max(draws, key=lambda draw: draw[0])
+    return Learned(learned, confusion(counted, learned), {name: len(c) for name, c in samples.items()})
 
 
 @dataclass(frozen=True)
@@ -183,12 +178,10 @@ class _Draw:
     """One draw of the samples.
 
     :param offer: candidates of those that references are chosen by. :param counted: those that are counted in the end.
-    :param samples: name -> number of all.
     """
 
     offer: Offer
     counted: Samples
-    samples: Mapping[str, int]
 
     @classmethod
     def of(
@@ -200,15 +193,17 @@ class _Draw:
         rest = {name: _without_classes(c, own) if name in doubtful else c for name, c in rest.items()}
         offer = Offer.of({**own, None: [c for c in rest.values() if len(c) >= _LEARNING.least_samples]}, image)
         counted = {name: _some(colours, _COUNTED, rng) for name, colours in samples.items() if len(colours)}
-        return cls(offer, counted, {name: len(c) for name, c in samples.items()})
+        return cls(offer, counted)
 
-    def learned(self, labels: Mapping[str, int], image: ImageConfig, weight: float) -> Learned:
-        """What it tells. :param weight: of the background."""
+    def learned(
+        self, labels: Mapping[str, int], image: ImageConfig, weight: float
+    ) -> tuple[float, ImageConfig, Samples]:
+        """What it is worth, what it tells, and the samples that say so. :param weight: of the background."""
         chosen = choose(self.offer, image, weight)
         classes = {name: _class(label, [r for r in chosen if r.owner == name]) for name, label in labels.items()}
-        background = _as_rgb([r.colour for r in chosen if r.owner is None])
-        learned = replace(image, kind="colour", classes=classes, background=background)
-        return Learned(learned, _confusion(self.counted, learned), self.samples)
+        rest = _class(0, [r for r in chosen if r.owner is None])
+        learned = replace(image, kind="colour", classes=classes, background=rest.rgb, background_light=rest.light)
+        return worth(self.counted, learned), learned, self.counted
 
 
 def _samples(name: str, samples: Samples, image: ImageConfig, rng: np.random.Generator) -> Colours:
@@ -242,9 +237,11 @@ def _held(colours: Colours, centre: Colours) -> NDArray[np.bool_]:
 
 
 def _class(label: int, references: list[Reference]) -> ClassConfig:
+    """:param references: none: no colour, in the light that is usual."""
     lights = [r.light for r in references]
     once = lights[:1] if len(set(lights)) == 1 else lights
-    return ClassConfig(label, _as_rgb([r.colour for r in references]), tuple(v for light in once for v in light))
+    light = tuple(v for light in once for v in light) or ClassConfig().light
+    return ClassConfig(label, _as_rgb([r.colour for r in references]), light)
 
 
 def choose_sharpening(image: ImageConfig, pairs: Iterable[Pair], labels: Mapping[int, int]) -> ImageConfig:
@@ -288,17 +285,6 @@ def _told_around(own: NDArray[np.bool_], told: NDArray[np.bool_]) -> float:
     """The share of the pixels around a class' regions of which somebody has told what they are."""
     ring = cv2.dilate(own.astype(np.uint8), np.ones((3, 3), np.uint8)) > own
     return float(told[ring].mean()) if ring.any() else 0.0
-
-
-def _confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float]]:
-    names = {cls.label: name for name, cls in image.classes.items()} | {0: "unknown"}
-    ends = np.cumsum([len(colours) for colours in samples.values()])
-    told = np.split(named(image, packed(np.concatenate([*samples.values()])[None])[0]), ends[:-1])
-    confusion = {}
-    for (name, colours), own in zip(samples.items(), told, strict=True):
-        labels, counts = np.unique(own, return_counts=True)
-        confusion[name] = {names[k]: n / len(colours) for k, n in zip(labels.tolist(), counts.tolist(), strict=True)}
-    return confusion
 
 
 def _some(colours: NDArray, most: int, rng: np.random.Generator) -> NDArray:

@@ -8,15 +8,17 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..base.config import ImageConfig
+from ..base.config import ImageConfig, LearningConfig
+from ..geometry.polygons import signed_area
 from ..geometry.transforms import Array
 from ..image.segmentation import Segmenter
 
-_FAR_PX = 6.0  # so far outwards it is followed: a plate, or a floor of its colour, goes on there
+_FAR_PX = 6.0  # so far outwards it is followed at least: a plate, or a floor of its colour, goes on there
 _STEP_PX = 0.25  # labels are of whole pixels, and rays begin anywhere between two
 _LEAST_PX = 0.7  # a narrower ring may be none: clicks and pixels are half a pixel off
 _SIDES, _LEAST_SIDES = 4, 3  # what lies beside a marker is not on all sides of it; one may be hidden by another marker
 _EVEN = 1 / 3  # of its width it has on each side at least: what moves is wider along its way
+_FAR = LearningConfig.beside_share  # of a marker's width, where that is more: what lies beside it is told as that
 _ENDS = 0.9  # of the rays on which it must end: else it is what lies there
 
 Outlines = Sequence[tuple[str, Array]]  # class, (n, 2) pixels
@@ -29,19 +31,19 @@ def rings_px(image: ImageConfig, seen: Iterable[Seen]) -> dict[str, float]:
 
     :param seen: colour images (H, W, 3) as they are read, (H, W) numbers of what is marked, 0: nothing, and outlines.
     """
-    segmenter, found = Segmenter(image), defaultdict[str, list[tuple[Array, Array, Array]]](list)
+    segmenter, found = Segmenter(image), defaultdict[str, list[tuple[Array, Array, NDArray[np.bool_]]]](list)
     for pixels, numbers, outlines in seen:
         labels = segmenter.labels(pixels)
         for name, outline in outlines:
-            reaches, normals = _reaches(labels == image.classes[name].label, numbers == 0, outline)
+            far_px = max(_FAR_PX, _FAR * abs(signed_area(outline)) ** 0.5)
+            reaches, normals = _reaches(labels == image.classes[name].label, numbers == 0, outline, far_px)
             if len(reaches):
-                found[name].append((reaches, _centred(reaches, normals), normals))
+                found[name].append((_centred(reaches, normals), normals, reaches < far_px))
     rings = {}
     for name, own in found.items():
-        width = float(np.median([np.median(centred) for _, centred, _ in own]))
-        reaches, centred, normals = (np.concatenate(parts) for parts in zip(*own, strict=True))
-        ends = np.mean(reaches < _FAR_PX) >= _ENDS
-        if width >= _LEAST_PX and ends and _is_all_around(centred, normals, _EVEN * width):
+        width = float(np.median([np.median(centred) for centred, _, _ in own]))
+        centred, normals, ends = (np.concatenate(parts) for parts in zip(*own, strict=True))
+        if width >= _LEAST_PX and ends.mean() >= _ENDS and _is_all_around(centred, normals, _EVEN * width):
             rings[name] = width
     return rings
 
@@ -67,11 +69,12 @@ def _centred(reaches: Array, normals: Array) -> Array:
     return np.asarray(reaches - normals @ level_and_shift[1:])
 
 
-def _reaches(own: NDArray[np.bool_], free: NDArray[np.bool_], outline: Array) -> tuple[Array, Array]:
+def _reaches(own: NDArray[np.bool_], free: NDArray[np.bool_], outline: Array, far_px: float) -> tuple[Array, Array]:
     """(n,) pixels from points of an outline, a pixel apart, outwards to where the class ends, below 0 where it does so
     within, and the normals (n, 2) there; of those before which nobody has marked anything."""
     points, normals = _points(outline)
-    steps = np.arange(-_FAR_PX, _FAR_PX + _STEP_PX, _STEP_PX)
+    count = round(far_px / _STEP_PX)
+    steps = _STEP_PX * np.arange(-count, count + 1)
     at = np.rint(points[:, None] + steps[:, None] * normals[:, None]).astype(int)
     height, width = own.shape
     inside = np.all((at >= 0) & (at < (width, height)), axis=(1, 2))

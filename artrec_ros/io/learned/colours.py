@@ -20,6 +20,8 @@ def save_colours(path: str | Path, image: ImageConfig) -> None:
     `ConfigError` where that is not possible."""
     decided = {name: getattr(image, name) for name in ("kind", "gamma", "blur_px", "sharpen_px")}
     values: dict[str, Any] = decided | _changed(image, ImageConfig())
+    if image.background:
+        values["background_light"] = list(image.background_light)
     values["classes"] = list(image.classes)
     values |= {name: {**_changed(cls, ClassConfig()), "light": list(cls.light)} for name, cls in image.classes.items()}
     text = yaml.safe_dump({"/**": {"ros__parameters": {"image": values}}}, sort_keys=False, default_flow_style=None)

@@ -10,12 +10,12 @@ import pytest
 
 from artrec_ros.core.base.config import ClassConfig, ImageConfig, LearningConfig
 from artrec_ros.core.base.errors import ConfigError
-from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.core.image.colour_table import colour_table
+from artrec_ros.core.image.segmentation import Segmenter, packed
 from artrec_ros.core.learning import colour_learning
+from artrec_ros.core.learning.colour_counts import worth
 from artrec_ros.core.learning.colour_learning import (
-    Learned,
     _Draw,
-    _worth,
     choose_sharpening,
     learn_colours,
     sample_beside,
@@ -69,6 +69,19 @@ def test_a_class_of_two_colours_gets_two_references() -> None:
     references = np.reshape(rgb, (-1, 3))
     assert len(references) == 2
     assert direction(references[0]) @ direction(RED) > 0.999 and direction(references[1]) @ direction(GREEN) > 0.999
+
+
+def test_a_white_sheet_is_no_half_class() -> None:
+    """Though many of a class' own pixels are nearly grey: a background's reference need not reach into the shade."""
+    green = np.concatenate([shown((121, 185, 112), 60), shown((165, 178, 160), 120, seed=1)])
+    sheet = np.full((3000, 3), 255, np.uint8)
+    samples = {"green": green, "red": shown(RED, 100), "sheet": sheet, "floor": shown((90, 68, 45), seed=3)}
+    learned = learn_colours(samples, {"green": 1, "red": 2}, ImageConfig())
+    table, meaning = colour_table(learned.image)
+    white, own = (meaning.share[table[packed(colours[None])[0]]][:, 1].mean() for colours in (sheet, green))
+    assert white < 0.05 and own > 0.85
+    assert learned.confusion["sheet"].get("green", 0.0) == pytest.approx(white, abs=0.02)
+    assert learned.confusion["green"]["green"] == pytest.approx(own, abs=0.02)
 
 
 def test_what_is_no_class_becomes_background_unless_it_is_a_class_colour() -> None:
@@ -231,13 +244,14 @@ def test_of_several_draws_the_one_is_kept_that_tells_best() -> None:
         "floor": np.concatenate([shown((150, 140, 90), 4000, seed=2, light=(0.5, 1.3)), shown(WHITE, 500, seed=5)]),
     }
     labels = {"yellow": 1, "violet": 2}
-    kept = _worth(learn_colours(samples, labels, ImageConfig()), labels)
+    kept = learn_colours(samples, labels, ImageConfig()).image
     tried = itertools.product(range(LearningConfig().draws), LearningConfig().weights_background)
     draws = [
-        _worth(_Draw.of(samples, labels, ImageConfig(), (), seed).learned(labels, ImageConfig(), weight), labels)
+        _Draw.of(samples, labels, ImageConfig(), (), seed).learned(labels, ImageConfig(), weight)
         for seed, weight in tried
     ]
-    assert kept == max(draws) and min(draws) < kept
+    worths = [each for each, _, _ in draws]
+    assert kept == draws[int(np.argmax(worths))][1] and min(worths) < max(worths)
 
 
 def test_samples_are_looked_at_once_for_all_weights_of_the_background(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -252,13 +266,15 @@ def test_samples_are_looked_at_once_for_all_weights_of_the_background(monkeypatc
 
 def test_what_is_lost_beside_markers_is_not_made_up_for_elsewhere() -> None:
     """An image has little of it: its outlines are lost while nearly all of the background is told."""
-    none, labels = ImageConfig(), {"red": 1}
+    image = ImageConfig(kind="colour", classes={"red": ClassConfig(1, RED)})
 
-    def told(unmarked: float, beside: float) -> Learned:
-        shares = {"unmarked": {"unknown": unmarked}, "beside markers": {"unknown": beside}, "red": {"red": 0.95}}
-        return Learned(none, shares, dict.fromkeys(shares, 100))
+    def told(unmarked: float, beside: float) -> float:
+        shares = {"unmarked": 1 - unmarked, "beside markers": 1 - beside, "red": 0.95}
+        red, blue = (np.array(rgb[::-1], np.uint8) for rgb in (RED, BLUE))
+        samples = {name: np.where(np.arange(100)[:, None] < 100 * share, red, blue) for name, share in shares.items()}
+        return worth(samples, image)
 
-    assert _worth(told(0.84, 0.85), labels) > _worth(told(1.0, 0.70), labels)
+    assert told(0.84, 0.85) > told(1.0, 0.70)
 
 
 @pytest.mark.parametrize("width, sharpened", [(14, 0), (40, 1)])

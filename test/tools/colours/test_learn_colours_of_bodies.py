@@ -75,6 +75,29 @@ def test_a_body_whose_class_is_badly_told_is_named_with_what_to_do(
     assert not any("body's class" in line for line in report(learned))  # as a marker's it is another matter
 
 
+@pytest.mark.parametrize(
+    ("right", "unknown", "told"),
+    [(0.33, 0.67, "counts as background"), (0.63, 0.37, None), (0.5, 0.1, "green takes 40% of it")],
+)
+def test_a_markers_class_that_is_badly_told_is_named_with_what_to_do(right: float, unknown: float, told) -> None:
+    """A third of a class was right, without a word."""
+    image = ImageConfig(kind="colour", classes={"dot": ClassConfig(5, (40, 130, 40))})
+    shares = {"dot": {"dot": right, "unknown": unknown, "green": 1 - right - unknown}}
+    lines = [line for line in report(Learned(image, shares, {"dot": 100})) if "marker's class 'dot'" in line]
+    assert len(lines) == (told is not None) and all(str(told) in line for line in lines)
+
+
+@pytest.mark.parametrize(("ring_px", "told"), [(None, True), (1.0, True), (4.0, False)])
+def test_what_lies_farther_off_than_a_ring_is_too_like_all_the_same(ring_px: float | None, told: bool) -> None:
+    """A brown body beside an orange dot was told as paint that goes on for a pixel."""
+    image = ImageConfig(kind="colour", classes={"dot": ClassConfig(5, (180, 90, 40))})
+    shares = {"dot": {"dot": 0.98}, "beside markers": {"dot": 0.11, "unknown": 0.89}}
+    rings = {} if ring_px is None else {"dot": ring_px}
+    lines = list(report(Learned(image, shares, dict.fromkeys(shares, 100), rings)))
+    assert any("dot takes 11% of 'beside markers'" in line for line in lines) == told
+    assert any("dot goes on for" in line for line in lines) == (ring_px is not None)
+
+
 def test_a_declared_class_of_no_object_is_learned_where_somebody_drew_it(robots: Path, capsys) -> None:
     """It was made background without a word."""
     text = ROBOTS.replace("[red, blue]", "[red, blue, ball]").replace("blue: {", "ball: {label: 7}\n      blue: {")

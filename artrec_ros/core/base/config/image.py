@@ -118,6 +118,13 @@ class ImageConfig:
         low=0,
         high=255,
     )
+    background_light: tuple[float, ...] = param(
+        (0.35, 1.8),
+        "colour images, with background: deepest shade and brightest light, over the usual; for all of its colours, or "
+        "two numbers for each",
+        low=0.02,
+        high=10,
+    )
     noise: float = param(
         0.03, "colour images, classes with rgb: the sensor's noise, share of full scale", low=0.001, high=0.5
     )
@@ -152,6 +159,8 @@ class ImageConfig:
             raise ConfigError(f"image.blank: {len(self.blank)} numbers are no whole rectangles x,y,width,height,...")
         if len(self.background) % 3:
             raise ConfigError(f"image.background: {len(self.background)} numbers are no whole colours r,g,b,r,g,b,...")
+        if self.background:
+            ClassConfig(rgb=self.background, light=self.background_light).check("colour", "image.background_")
         if self.kind != "labels" and not self.classes:
             raise ConfigError(
                 f"image.classes: none is given; kind '{self.kind}' needs one or more: artrec learn-colours finds them"

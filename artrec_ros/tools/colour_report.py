@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping
 from types import MappingProxyType
 
@@ -12,7 +13,7 @@ from ..core.geometry.transforms import Array
 from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
 from .colour_setup import ColourSetup
-from .inspecting.too_small import too_small
+from .inspecting.too_small import too_large, too_small
 from .taken_regions import MUCH
 
 _UNKNOWN: Mapping[int, float] = MappingProxyType({})
@@ -91,6 +92,11 @@ def size_lines(setup: ColourSetup, scales: Array) -> Iterator[str]:
     least = setup.min_scale or (scale_limits(scales)[0] if len(scales) else 0.0)
     for target in setup.targets:
         yield from (f"warning: {target.name}: {line}" for line in too_small(target.model, least, setup.min_blob_px))
+    large = defaultdict[str, list[str]](list)  # several objects may be alike
+    for target in setup.targets if len(scales) else ():
+        for line in too_large(target.model, float(scales.min())):
+            large[line].append(target.name)
+    yield from (f"note: {', '.join(names)}: {line}" for line, names in large.items())
 
 
 def _taken(name: str, shares: Mapping[str, float]) -> Iterator[str]:

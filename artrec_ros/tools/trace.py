@@ -9,12 +9,15 @@ from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from ..core.base.errors import ConfigError, ImageError, SourceError
+from ..core.geometry.transforms import Array
 from ..core.model.found import Detection
 from ..core.model.frame_result import FrameResult
+from ..core.model.marker import Marker
 from ..core.model.objects import ObjectModel
 from ..core.model.target import Target
 from ..io.base.bars import bar, say
@@ -40,6 +43,7 @@ _TOLD = 0.5  # from this probability on an object counts as told in the comparis
 _BETTER = 0.95  # of what differs from outlines that are drawn: what is less may be chance
 _LESS = 0.75  # of the probabilities with outlines that are drawn: with less those that are measured lead astray
 _BOTH = 0, 1
+_BEYOND = 0.1  # of an axis outside of its outline: what marks of its ends miss is told in the scale
 _PATIENCE_MS = 60000.0  # for an image: outlines are not to depend on what else the machine does
 _PART = 64  # frames that are read at a time
 
@@ -224,8 +228,21 @@ def _lines(model: ObjectModel, traced: dict[bytes, Traced]) -> Iterator[str]:
         yield f"{named}: in {seen.images} images up to {1e3 * seen.off_m:.1f} mm off, at {_place(seen.at)}{holds}"
         if seen.hole is not None:
             yield f"note: {named}: has a hole at {_place(seen.hole)}, which an outline cannot have"
+        beyond = _beyond(seen.drawn, seen.outline)
+        if beyond > max(_BEYOND, _beyond(seen.drawn, seen.drawn.outline)):
+            yield (
+                f"warning: {named}: an end of its axis lies {1e3 * beyond * seen.drawn.axis_length:.0f} mm outside of "
+                "what is measured: move it onto the rim, where it is marked, or see whether all of the marker shows"
+            )
         if seen.in_one_place:
             yield f"warning: {named}: lies in one place in all images: glare or a shadow there is taken for its outline"
+
+
+def _beyond(marker: Marker, outline: Array) -> float:
+    """How far the ends of a marker's axis lie outside of an outline at most, as a share of the axis."""
+    polygon = outline.astype(np.float32)[:, None]
+    ends = (marker.tail, marker.head)
+    return max(-cv2.pointPolygonTest(polygon, (float(x), float(y)), True) for x, y in ends) / marker.axis_length
 
 
 def _place(at: NDArray[np.float64]) -> str:

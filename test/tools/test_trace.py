@@ -12,6 +12,7 @@ from artrec_ros.core.model.found import Detection, ImagePose, Instance
 from artrec_ros.core.model.target import Target
 from artrec_ros.io.objects.object_reader import load_object
 from artrec_ros.tools import trace
+from artrec_ros.tools.training.outline_map import Traced
 from artrec_ros.tools.training.seen_outlines import SeenOutlines
 
 LEVER = """format: artrec_object/1
@@ -186,3 +187,42 @@ def test_what_another_marker_lies_on_stays_as_it_is_drawn(setup):
         seen.add(n, labels, None, target, found, [found, beside])
     (traced,) = seen.traced().values()
     assert not traced.differs and traced.images == 12
+
+
+@pytest.mark.parametrize("others", [0, 1])
+def test_a_lone_marker_keeps_its_length_where_it_was_drawn_too_narrow(setup, others):
+    """Found by its sides it seems larger than it is, and was measured too short; of several distances tell the size."""
+    text = LEVER.replace("DEEP", "0.014")
+    if others:
+        text += "  end: {label: blue, markers: {end: {marker: plate, pose: {xyz: [0.3, 0, 0]}}}}\n"
+    (setup / "lever.yaml").write_text(text)
+    target = Target("lever", load_object(setup / "lever.yaml", {"red": 2, "blue": 3}), 2)
+    drawn, seen, wide = target.model.markers["lever", "plate"].outline, SeenOutlines(target.model), 1.25
+    for n in range(12):
+        turn, middle = 0.5 * n, np.array([160.0, 120.0])
+        true = at(drawn * (1, wide), turn, middle).round().astype(np.int32)
+        labels = cv2.fillPoly(np.zeros(SIZE[::-1], np.uint8), [true], 2)
+        found_as = at(wide * drawn, turn, middle)
+        own = Instance("lever", "plate", 0.9, *middle, -turn, wide * SCALE, found_as)
+        found = Detection("lever", 0, 0.9, ImagePose(*middle, -turn, wide * SCALE), (own,))
+        seen.add(n, labels, None, target, found, [found])
+    traced = next(t for t in seen.traced().values())
+    length, width = np.ptp(traced.outline, axis=0)
+    assert length == pytest.approx(0.16 if not others else 0.16 / wide, rel=0.05)
+    assert length / width == pytest.approx(0.16 / (0.04 * wide), rel=0.05)
+
+
+def test_axes_whose_ends_come_to_lie_outside_are_named(setup):
+    """An axis may leave its marker where it is drawn so; not because its outline is measured."""
+    model = load_object(setup / "lever.yaml", {"red": 2})
+    drawn = model.markers["lever", "plate"]
+
+    def told(outline):
+        rest = {"off_m": 0.02, "at": np.zeros(2), "least_m": 0.001, "hole": None, "in_one_place": False}
+        picture = {"level": np.zeros((2, 2), np.uint8), "zoom": 1.0, "corner": np.zeros(2)}
+        seen = Traced(drawn, 9, outline, **rest, **picture)
+        return [line for line in trace._lines(model, {drawn.outline.tobytes(): seen}) if "axis" in line]
+
+    assert told(drawn.outline) == []
+    (line,) = told(drawn.outline * (0.75, 1.0))
+    assert "lever/plate" in line and "20 mm" in line

@@ -54,6 +54,20 @@ def laid_on(seen: Array, drawn: Array, near_m: float, slanted: bool) -> Array:
     return np.asarray(moved(seen, way) * size + middle)
 
 
+def to_length(seen: Array, drawn: Array, along: Array) -> tuple[float, Array]:
+    """Factor and shift (2,) by which what is seen reaches along an axis (2,) from where to where what is drawn does.
+
+    A lone marker of unknown distance has no size of its own: found by sides that are drawn too narrow it is taken for
+    one that is nearer, and seen too short. Its length is what was measured, and what marks of its axis go by.
+    """
+    direction = along / np.linalg.norm(along)
+    (first, last), (low, high) = ((p.min(), p.max()) for p in (seen @ direction, drawn @ direction))
+    zoom = float((high - low) / (last - first))
+    return zoom, (1 - zoom) * (drawn - np.outer(drawn @ direction, direction)).mean(axis=0) + direction * (
+        low - zoom * first
+    )
+
+
 def mended_by(drawn: Array, seen: Array, least_m: float, as_drawn: Array | None = None) -> Array:
     """What is drawn, but as it is seen where the two are farther apart than that: sharp corners stay sharp.
 

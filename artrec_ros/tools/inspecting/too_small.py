@@ -1,4 +1,4 @@
-"""What `artrec inspect` and `artrec learn-colours` say of markers that are specks at the least scale."""
+"""What `artrec inspect` and `artrec learn-colours` say of markers that are specks, or larger than needed."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from ...core.model.objects import ObjectModel
 from ...core.model.solids import closed_components
 from .structure import shortened
 
+_ENOUGH_PX = 40.0  # root of a marker's area: larger ones tell little more, and take longer (docs/overhead.md)
 _ROUNDING = 1.001  # of limits that are written with four digits, and leave a marker just enough
 
 
@@ -33,6 +34,20 @@ def too_small(model: ObjectModel, least_scale: float, least_px: int) -> Iterator
         f"recognizer.min_scale {least_scale:.4g} px/m, fewer than recognizer.min_blob_px {least_px}: {lost}, but from "
         f"{least_scale * math.sqrt(least_px / needed):.4g} px/m on; make them larger or lower min_blob_px"
     )
+
+
+def too_large(model: ObjectModel, least_scale: float) -> Iterator[str]:
+    """A line where all markers are so large that images half as large, or less, would show as much.
+
+    :param least_scale: at which the object was seen, px/m.
+    """
+    side_px = least_scale * math.sqrt(min(_areas_m2(model).values()))
+    if side_px >= 2 * _ENOUGH_PX:
+        yield (
+            f"its smallest marker is {side_px:.0f} px across (the root of its area) where it is farthest: images that "
+            f"are {side_px / _ENOUGH_PX:.2g} times smaller tell as much and are recognised several times as fast; "
+            "shrink them first, and learn colours from these (docs/overhead.md)"
+        )
 
 
 def _areas_m2(model: ObjectModel) -> dict[tuple[str, str], float]:

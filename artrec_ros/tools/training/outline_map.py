@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...core.geometry.transforms import Array
-from ...core.learning.outline_mending import farthest_apart, laid_on, mended_by
+from ...core.learning.outline_mending import farthest_apart, laid_on, mended_by, to_length
 from ...core.model.found import Instance
 from ...core.model.marker import Marker
 from ...io.objects.marker_shapes import simplified, with_sharp_corners
@@ -61,7 +61,7 @@ class OutlineMap:
     """What images show of a shape."""
 
     def __init__(self, marker: Marker) -> None:
-        self.marker, self.slanted = marker, False
+        self.marker, self.slanted, self.unsized = marker, False, False
         self.numbers = set[int]()  # of the images that show it
         self.seen = list[Instance]()
         size = np.sqrt(marker.area)
@@ -96,6 +96,7 @@ class OutlineMap:
         both = OutlineMap(self.marker)
         both.on, both.known, both.numbers = self.on + other.on, self.known + other.known, self.numbers | other.numbers
         both.seen, both.slanted = self.seen + other.seen, self.slanted or other.slanted
+        both.unsized = self.unsized or other.unsized
         return both
 
     def misfit(self) -> tuple[float, float]:
@@ -115,7 +116,10 @@ class OutlineMap:
         seen = self._contour(level)
         if seen is None or as_drawn is None:
             return None
-        seen = laid_on(seen, as_drawn, _ALIKE * size, self.slanted)
+        seen, zoom, shift = laid_on(seen, as_drawn, _ALIKE * size, self.slanted), 1.0, np.zeros(2)
+        if self.unsized:
+            zoom, shift = to_length(seen, as_drawn, self.marker.head - self.marker.tail)
+            seen = zoom * seen + shift
         off_m, at = farthest_apart(as_drawn, seen)
         px_per_m = float(np.median([i.scale for i in self.seen]))
         least, mended = max(_NOISE_PX / px_per_m, _NOISE_SHARE * size), outline
@@ -125,7 +129,7 @@ class OutlineMap:
                 return None
         grey, hole, one_place = (255 * level).astype(np.uint8), self._hole(level), self._in_one_place()
         of = self.marker, self.images, mended, off_m, at, least, hole, one_place
-        return Traced(*of, grey, 1 / self.step, self.corner)
+        return Traced(*of, grey, 1 / (zoom * self.step), zoom * self.corner + shift)
 
     def _drawn(self) -> Array:
         """(H, W) 1 within what is drawn."""

@@ -2,6 +2,7 @@
 
 Of each marker found, its class is looked at in the marker's own frame; over many images the outline lies where half of
 them show the class. Size and place stay the file's: how large a marker is no image tells, for it may as well be nearer.
+Of several markers their distances tell it, and a pose in space; of a lone one in the image plane its length is kept.
 """
 
 from __future__ import annotations
@@ -41,6 +42,7 @@ class SeenOutlines:
             for (component, _), m in model.markers.items()
             if component not in solids and m.disc_radius is None and not m.is_ball
         ]
+        self._is_lone = len(model.markers) == 1
         self._maps: dict[Shape, OutlineMap] = {m.outline.tobytes(): OutlineMap(m) for m in traceable}
 
     def __len__(self) -> int:
@@ -67,6 +69,7 @@ class SeenOutlines:
             if seen is None:
                 continue
             seen.slanted |= bool(surfaces)
+            seen.unsized |= self._is_lone and found.pose is None
             hidden = [*around, *(i.contour for i in found.components if i is not own)]
             if camera is not None and surfaces:
                 hidden += [project(camera, s.corners) for s in _before((own.component, own.marker), surfaces)]
@@ -87,6 +90,7 @@ class SeenOutlines:
     def joined(self, other: SeenOutlines) -> SeenOutlines:
         """What both saw, of the same object."""
         both = SeenOutlines.__new__(SeenOutlines)
+        both._is_lone = self._is_lone
         both._maps = {shape: own.joined(other._maps[shape]) for shape, own in self._maps.items()}
         return both
 

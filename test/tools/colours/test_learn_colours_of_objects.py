@@ -23,6 +23,8 @@ from painted import (
 
 from artrec_ros.core.base.config import ClassConfig
 from artrec_ros.core.image.segmentation import Segmenter
+from artrec_ros.tools.colour_report import size_lines
+from artrec_ros.tools.colour_setup import load_colour_setup
 from artrec_ros.tools.main import main
 
 
@@ -154,6 +156,14 @@ def test_outlines_that_are_too_small_are_told_with_how_much(robots: Path, capsys
 def test_outlines_that_end_where_the_paint_does_are_not_told_too_small(robots: Path, capsys) -> None:
     assert learn_robots(robots) == 0
     assert "goes on for" not in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("scale", "told"), [(900.0, False), (1100.0, True)])
+def test_markers_that_are_larger_than_needed_are_told_once(robots: Path, scale: float, told: bool) -> None:
+    setup = load_colour_setup([robots / "robots.yaml"], {})
+    sides = [m.area**0.5 for target in setup.targets for m in target.model.markers.values()]
+    scales = np.array([scale, 1.2 * scale]) * 0.08 / min(sides)
+    assert sum("times smaller tell as much" in line for line in size_lines(setup, scales)) == told  # of 72 px, 88 px
 
 
 LAMPS = """

@@ -37,7 +37,7 @@ def test_the_file_beside_the_nodes_own_tells_the_classes_in_the_shade(folder: Pa
     assert {name: c.label for name, c in setup.image.classes.items()} == {"red": 3, "blue": 2}
     assert len(setup.image.background) == 3
     image, labels = picture(light=0.5)
-    assert (Segmenter(setup.image).labels(image) == labels).mean() > 0.995
+    assert (Segmenter(setup.image).labels(image) == labels).mean() > 0.99
     printed = capsys.readouterr().out
     assert "background: " in printed and f"Wrote {folder / 'colours.yaml'}: 2 classes" in printed
 

@@ -40,6 +40,12 @@ class Existence:
     def probability(self) -> Array:
         return self.seen + self.hidden
 
+    def replaced(self, rows: Rows, probability: Array) -> Existence:
+        """With some in view, with these probabilities."""
+        seen, hidden = self.seen.copy(), self.hidden.copy()
+        seen[rows], hidden[rows] = probability, 0.0
+        return Existence(seen, hidden)
+
     @classmethod
     def joined(cls, parts: Sequence[Existence]) -> Existence:
         return cls(np.concatenate([p.seen for p in parts]), np.concatenate([p.hidden for p in parts]))

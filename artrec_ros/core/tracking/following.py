@@ -69,6 +69,9 @@ def followed(
     seen = tracks.image[rows].seen(s.place, s.noise)
     image = tracks.image.replaced(rows, replace(seen, unit=s.unit))
     new = np.minimum(_moved(image, tracks.age_s, rows, s) / config.existence.anew, 1.0)
+    # one part alone is the same patch from frame to frame, and moves in the image where the camera does
+    new[[row for n, row in row_of.items() if len(found[n].components) == 1]] = 0.0
+    before = tracks.existence.probability[rows]
     existence = _exists(tracks, found, sightings, row_of, doubtful, new, goes_on, size, config)
     theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
@@ -86,8 +89,9 @@ def followed(
         age_s=age_s,
         existence=existence,
     )
-    placed = np.flatnonzero(s.placed)
-    return _in_space(tracks, rows[placed], s[placed.tolist()], other_frame[placed], dt_s, model, config)
+    placed, there = np.flatnonzero(s.placed), np.array([found[n].there for n in row_of])
+    of_placed = there[placed], before[placed], other_frame[placed]
+    return _in_space(tracks, rows[placed], s[placed.tolist()], *of_placed, dt_s, model, config)
 
 
 def _frame(d: Detection) -> tuple[str, str]:
@@ -99,13 +103,18 @@ def _in_space(
     tracks: Tracks,
     rows: Counts,
     s: Sightings,
+    there: Array,
+    before: Array,
     other_frame: Flags,
     dt_s: float,
     model: MotionModel,
     config: TrackingConfig,
 ) -> Tracks:
-    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts.
+    """Those of tracks that were seen with poses. What is far off does not count, unless it lasts. As far as a pose does
+    not count what is known of an object is of another place, and it is there as probably as the frame alone has it;
+    while none is taken over it stands as it was.
 
+    :param there: (n,) the frame's own probabilities. :param before: (n,) those that were known.
     :param other_frame: (n,) whose poses are in another frame than before: they begin anew.
     """
     if not len(rows):
@@ -118,15 +127,19 @@ def _in_space(
     strange, times, posed = tracks.strange.copy(), tracks.times.copy(), tracks.posed.copy()
     strange[rows] = np.where(agrees, 0, strange[rows] + 1)
     anew = ~agrees & (~posed[rows] | other_frame | (strange[rows] > of.strange))
-    doubt = np.maximum(far / of.usual, 1.0)[:, None, None]  # errors have longer tails than normal ones
-    seen = mine.seen(s.position, s.turn, s.pose_noise * doubt)
+    doubt = np.maximum(far / of.usual, 1.0)  # errors have longer tails than normal ones
+    share = np.where(anew, other_frame | ~posed[rows], 1 / doubt)
+    by_all = tracks.existence.probability[rows]
+    likely = np.where(agrees | anew, share * by_all + (1 - share) * there, np.maximum(by_all, before))
+    seen = mine.seen(s.position, s.turn, s.pose_noise * doubt[:, None, None])
     seen = replace(seen, motion=calmed(seen.motion, dt_s, _most(len(rows), config), 3, model, of.calm))
     bodies = tracks.bodies.replaced(rows[agrees], seen[agrees])
     if anew.any():
         bodies = bodies.replaced(rows[anew], _bodies(s, model, config)[anew])
     times[rows] = np.where(anew, 1, times[rows] + agrees)
     strange[rows[anew]], posed[rows] = 0, True
-    return replace(tracks, bodies=bodies, strange=strange, times=times, posed=posed)
+    existence = tracks.existence.replaced(rows, likely)
+    return replace(tracks, bodies=bodies, existence=existence, strange=strange, times=times, posed=posed)
 
 
 def _bodies(s: Sightings, model: MotionModel, config: TrackingConfig) -> Bodies:

@@ -227,6 +227,9 @@ class Tracker:
         """What is told, with names; tracks that have given theirs away are forgotten."""
         found, least = result.detections, self._least
         likely = self._tracks.existence.probability.tolist()
+        for n, row in row_of.items():
+            if self._tracks.strange[row]:  # what is known is of another place
+                likely[row] = found[n].there
         told = [
             n
             for n in sorted(row_of)

@@ -164,6 +164,45 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
     assert min(last) > 0.97
 
 
+@pytest.mark.parametrize("score", [0.5, 0.8])
+def test_one_part_alone_is_believed_as_much_as_by_one_frame_though_it_moves(score):
+    """Clutter moves in the image where the camera does, and is the same patch in each frame."""
+    part = Instance("body", "top", score, 0.0, 0.0, 0.0, 100.0)
+
+    def last(*parts):
+        seen = [[replace(at(0.02 * k, score), components=parts)] for k in range(40)]
+        return [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
+
+    assert last(part) == pytest.approx([score] * 20, abs=0.02)
+    assert min(last(part, part)) > 0.97
+
+
+ELSEWHERE = {"turned": at(0.3, turn=1.6), "farther off": at(0.34, z=1.14)}
+
+
+@pytest.mark.parametrize("score", [0.5, 0.99])
+@pytest.mark.parametrize("pose", ELSEWHERE)
+@pytest.mark.parametrize("frames", [1, 6])
+def test_who_is_seen_where_nobody_can_have_come_is_believed_as_much_as_by_one_frame(pose, score, frames):
+    """What was known of it was known of another place: it counts where that is seen again, while nothing else is
+    believed. In a row such frames confirm each other, the more the less what they say is beyond what can be."""
+    known, nonsense = [at(0.01 * k) for k in range(31)], replace(ELSEWHERE[pose], score=score)
+    detections = told([*[[d] for d in known[:30]], *[[nonsense]] * frames, [known[30]]])
+    assert [[d.id for d in found] for found in detections] == [[0]] * (31 + frames)
+    assert detections[30][0].score == pytest.approx(score, abs=0.01)
+    assert max(found[0].score for found in detections[30 : 30 + min(frames, 2)]) < (1 + score) / 2 + 0.01
+    assert detections[-1][0].score > (0.95 if frames == 1 else score - 0.01)
+
+
+@pytest.mark.parametrize("every", [1, 4, 8])
+def test_who_turns_fast_is_believed_more_than_by_one_frame(every):
+    """4 rad/s, of which all images or every eighth are seen."""
+    angles = [4.0 / 30 * every * k for k in range(40)]
+    seen = [[at(0.02 * every * k / 4, 0.8, turn=a)] for k, a in enumerate(angles)]
+    scores = [d[0].score for d in told(seen, period=PERIOD * every, targets=[Target("red", robot(), TEAM)])]
+    assert min(scores[10:]) > 0.9
+
+
 @pytest.mark.parametrize("step", [0.0, 0.001, 0.002, 0.004, 0.02])
 def test_what_frames_agree_on_is_believed_as_much_as_by_one_however_slowly_it_moves(step):
     seen = [[at(step * k, 0.3)] for k in range(60)]

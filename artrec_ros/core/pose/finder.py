@@ -39,6 +39,7 @@ from .seeds import Seeds
 from .seen_alike import SeenAlike
 from .stand_ins import StandIns
 from .surface_model import SpatialModel
+from .taken_back import TakenBack
 from .through_middles import ThroughMiddles
 from .tilts import Tilts
 from .upright import Upright
@@ -99,6 +100,7 @@ class WholeObjectFinder:
         self.seen_alike = SeenAlike(surface) if facing else None
         self.laid_alike = None if facing else LaidAlike(surface)
         self.tilts = None if facing else Tilts(surface, self.required)
+        self.taken_back = None if facing else TakenBack(surface)
 
     @cached_property
     def swollen(self) -> tuple[WholeObjectFinder, ...]:

@@ -29,7 +29,7 @@ from .poses import Poses
 from .rivals import ANY_DEPTH, WORTH_FIT, Rivals, rivals_at_rest
 from .turn_evidence import even_odds, evidence, turn_odds
 from .turned_alone import alone_odds, turned_alone
-from .turns_in_place import goes_on, turned_in_place
+from .turns_in_place import goes_on, turned_in_place, turns_taken_back
 
 _TILTS = 3  # of a pose that come to rest
 
@@ -41,16 +41,17 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    kinds = [of(finder, frame, poses) for of in (_mirrored, turned_in_place, _other_sides, tilted_rivals, _alone)]
+    which = _mirrored, turned_in_place, _other_sides, turns_taken_back, tilted_rivals, _alone
+    kinds = [of(finder, frame, poses) for of in which]
     both = Poses.concatenate([poses, *(kind.poses for kind in kinds)])
     if len(both) == len(poses):
         return poses, others
     of, log_odds = (np.concatenate([kind[column] for kind in kinds]) for column in (1, 2))
     counts = [len(kind.of) for kind in kinds]
     first = config.least_turn_odds
-    least = np.repeat([first, first, first, 0.0, first], counts)
-    is_side = np.repeat([False, False, True, False, False], counts)
-    in_place = np.repeat([False, False, True, False, False, False], [len(poses), *counts])
+    least = np.repeat([first, first, first, 0.0, 0.0, first], counts)
+    is_side = np.repeat([False, False, True, False, False, False], counts)
+    in_place = np.repeat([False, False, True, False, True, False, False], [len(poses), *counts])
     known = goes_on(finder, frame, both) if in_place.any() else in_place
     rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely

@@ -115,7 +115,8 @@ class Describer:
     def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:
         """From which of an object's poses the next frame goes on. Mirrored turns are followed beside what was found."""
         finder, at = self.finder, found.claim.poses
-        if told is found or finder.facing or not (len(finder.in_place) or len(finder.like_sides)):
+        ways = finder.in_place, finder.like_sides, finder.taken_back or ()
+        if told is found or finder.facing or not any(map(len, ways)):
             return found
         reached = Poses.concatenate([at, finder.required.flips(at)])
         return told if finder.strayed(told.claim.poses, reached) >= 1 else found

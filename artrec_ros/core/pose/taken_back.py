@@ -20,7 +20,7 @@ from .poses import Poses
 from .surface_model import SpatialModel
 
 _STEPS = 12  # of a whole turn: fits lead to what is within half of one
-_ABOUT = 0.2  # of its size: what a turn makes stand out by more its outline tells
+_ABOUT = 0.3  # of its size: a square's corners stand out by as much; of what does by more the outline tells the turn
 _WAYS = 500  # in which it may stand out
 
 
@@ -40,9 +40,9 @@ class TakenBack:
                 continue
             R, at = rotation_from_rotvec(angles[:, None] * frames.axis[0, j]), frames.origin[0, j]
             t = at - R @ at
-            for n in np.flatnonzero(_stand_out(corners, R, t) < _ABOUT).tolist():
-                if not _looks_of(surface.model, ~kin.moves[:, j]).same_after(Pose(R[n], t[n])):
-                    found.append((j, angles[n]))
+            stays = np.flatnonzero(_stand_out(corners, R, t) < _ABOUT).tolist()
+            looks = _looks_of(surface.model, ~kin.moves[:, j]) if stays else None
+            found += [(j, angles[n]) for n in stays if looks and not looks.same_after(Pose(R[n], t[n]))]
         self._joint, self._angle = (np.array([f[n] for f in found], kind) for n, kind in ((0, int), (1, float)))
 
     def __len__(self) -> int:
@@ -67,7 +67,7 @@ class TakenBack:
 
 def _looks_of(model: ObjectModel, stays: NDArray[np.bool_]) -> Looks:
     """Those of some of its components (C,): by how they look a turn is told."""
-    return Looks(replace(model, components=tuple(compress(model.components, stays))))
+    return Looks(replace(model, components=tuple(compress(model.components, stays)), identities=()))
 
 
 def _stand_out(points: Array, R: Array, t: Array) -> Array:

@@ -85,8 +85,7 @@ class Climber:
         """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""
         if self._depths is None or not len(poses):
             return 0.0, np.inf
-        near, far = self._depths.of(frame, poses)
-        return float(near.min()), float(far.max())
+        return self._depths.of(frame, poses)
 
 
 def _steps(search: SearchConfig) -> Steps:

@@ -25,28 +25,29 @@ class FacingDepths:
         self._required, self._nearer_m = RequiredPlace(surface.model, surface), surface.nearer_m
         self._limits = scale_limits(config, None)
 
-    def of(self, frame: ImageFrame, poses: Poses) -> tuple[Array, Array]:
-        """(H,) least and greatest of each pose's place."""
-        near, far = self._of_anchors(frame, self._required.anchors(poses))
-        return near + self._nearer_m, far + self._nearer_m
+    def of(self, frame: ImageFrame, poses: Poses) -> tuple[float, float]:
+        """The least and the greatest of all poses' places."""
+        near, far = self._of_required(frame, poses)
+        return float(np.min(near)) + self._nearer_m, float(np.max(far)) + self._nearer_m
 
     def kept(self, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
         """Poses with required components in the image where they are, at depths in these limits; and which lie on one
         of them."""
-        anchors = self._required.anchors(poses)
-        depth, (near, far) = anchors[:, 2], self._of_anchors(frame, anchors)
+        near, far = self._of_required(frame, poses)
+        depth = self._required.anchors(poses)[:, 2]
         at = np.flatnonzero((depth <= near * (1 + _ROUNDING)) | (depth >= far * (1 - _ROUNDING)))
         if not len(at):
             return poses, at
         farther = np.minimum(np.maximum(depth, near), far) / depth - 1
-        return Poses(poses.R, poses.t + anchors * farther[:, None], poses.q), at
+        return Poses(poses.R, poses.t + self._required.anchors(poses) * farther[:, None], poses.q), at
 
-    def _of_anchors(self, frame: ImageFrame, anchors: Array) -> tuple[Array, Array]:
-        limits: Array = np.tile(np.array(self._limits, float), (len(anchors), 1))
+    def _of_required(self, frame: ImageFrame, poses: Poses) -> tuple[Array, Array]:
+        """() or (H,) between which depths required components are."""
+        limits = np.array(self._limits, float)
         if frame.scene.plane is not None:
-            known = frame.scene.scale_limits(project(frame.camera, anchors))
+            known = frame.scene.scale_limits(project(frame.camera, self._required.anchors(poses)))
             # beyond the horizon nothing has a scale, and is refused for that
-            limits = np.where(known[:, 1:] > 0, np.clip(known, limits[:, :1], limits[:, 1:]), limits)
+            limits = np.where(known[:, 1:] > 0, np.clip(known, limits[0], limits[1]), limits)
         with np.errstate(divide="ignore"):
             far, near = (frame.camera.focal_px / limits).T
         return near, far

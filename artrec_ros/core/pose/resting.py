@@ -60,31 +60,37 @@ class Resting:
 
     def _settled(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[Poses, PatchScores]:
         """The same, and what the labels say of them."""
-        fitted = self._fitted(frame, poses, self._surface.sides.with_all(used), last=True)
-        return self._borne_out(frame, Poses.concatenate([poses, fitted]), used, self._voter.supported)
+        fitted, h = self._fitted(frame, poses, self._surface.sides.with_all(used), last=True), len(poses)
+        both = Poses.concatenate([poses, fitted])
+        scores = self._voter.judge(frame, both, occlusion=True)
+        rows = self._borne_out(frame, both, used, (scores[:h], scores[h:]), self._voter.supported)
+        return both[rows], scores[rows]
 
     def _borne_out(
-        self, frame: ImageFrame, both: Poses, used: np.ndarray, speaks: Callable[[PatchScores], np.ndarray]
-    ) -> tuple[Poses, PatchScores]:
-        """Of H poses, and what H fits made of them, those that the labels bear out, and what these say of them.
+        self,
+        frame: ImageFrame,
+        both: Poses,
+        used: np.ndarray,
+        scores: tuple[PatchScores, PatchScores],
+        speaks: Callable[[PatchScores], np.ndarray],
+    ) -> NDArray[np.int64]:
+        """(H,) rows of H poses, and of what H fits made of them, that the labels bear out.
 
-        :param speaks: what markers speak for an object (2H, M); of those in use none may cease to.
+        :param scores: what these say of either. :param speaks: what markers speak for an object (H, M); of those in use
+            none may cease to.
         """
-        scores = self._voter.judge(frame, both, occlusion=True)
-        before, after = self._voter.total(scores).reshape(2, -1)
-        had, has = speaks(scores).reshape(2, *used.shape)
+        before, after = map(self._voter.total, scores)
+        had, has = map(speaks, scores)
         kept = (after > self._config.search.settled_votes * before) & ~(used & had & ~has).any(axis=1)
         kept &= ~self._left_floor(frame, both)
-        rows = np.arange(len(used)) + len(used) * kept
-        return both[rows], scores[rows]
+        return np.arange(len(used)) + len(used) * kept
 
     def at_rest(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Hypotheses at rest on the contours of the markers used (H, M), and on what the image's colours show; of what
         faces the camera not on those of what covers part of it."""
         settled, scores = self._settled(frame, poses, used)
+        self._voter.keep(frame, settled, scores)
         fitted = self.on_colours(frame, settled, used)
-        if fitted is settled:
-            self._voter.keep(frame, settled, scores)
         if not self._facing or fitted is settled:
             return fitted
         covered = (used & (self._voter.lacks_px(scores) > 0)).any(axis=1)
@@ -95,9 +101,10 @@ class Resting:
         if frame.image is None:
             return poses
         fitted = self._to_colours.fitted(frame, poses, self._surface.sides.with_all(used))
-        columns = self._surface.marker_columns
+        scores = self._voter.judge(frame, poses, occlusion=True), self._voter.judge(frame, fitted, occlusion=True)
+        both, columns = Poses.concatenate([poses, fitted]), self._surface.marker_columns
         # colours know better than labels where a marker ends, but not that it is elsewhere
-        return self._borne_out(frame, Poses.concatenate([poses, fitted]), used, lambda s: s.votes[:, columns] > 0)[0]
+        return both[self._borne_out(frame, both, used, scores, lambda s: s.votes[:, columns] > 0)]
 
     def tells_colour_edges(self, frame: ImageFrame) -> bool:
         """Whether `edges` are those of colours, which are finer than the labels'."""

@@ -69,7 +69,7 @@ def test_no_rest_leans_more_than_what_stands_on_the_floor(lean_deg, taken, monke
     used = np.zeros((1, len(finder.surface.markers)), bool)
     monkeypatch.setattr(resting.Fit, "of", lambda *args, **options: leans)
     monkeypatch.setattr(finder.rest._to_colours, "fitted", lambda *args: leans)
-    monkeypatch.setattr(finder.voter, "total", lambda scores: np.ones(2))
+    monkeypatch.setattr(finder.voter, "total", lambda scores: np.ones(len(scores.votes)))
     expected = leans if taken else stood
     np.testing.assert_array_equal(finder.rest.settled(frame, stood, used).R, expected.R)
     np.testing.assert_array_equal(finder.rest.on_colours(frame, stood, used).R, expected.R)

@@ -5,8 +5,9 @@
 
 Bars alone, 60 to 300 px long and 6 to 20 times as long as wide, seen from straight in front, blurred, with ragged edges
 and labels 0.3 px off all around, outwards or inwards. Half of them are no more than that; of a sixth the outermost half
-to two pixels are lost, of a sixth one end is up to a twelfth of the length off; at one end of a sixth lies something of
-their class, a sixteenth to a third as long as they are: straight on, slanted, or wider.
+to two pixels are lost, of a twelfth one end is up to a twelfth of the length off, of a twelfth one is covered by a
+sixteenth to a third of the length; at one end of a sixth lies something of their class, as long: straight on, slanted,
+or wider.
 Fitted on even-numbered worlds, told of odd ones; seeded. Right is what is no more than a twentieth of the length off.
 """
 
@@ -34,8 +35,9 @@ from artrec_ros.core.pose.other_ends import OtherEnds, Seen
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 
+STRAYS = "straight", "slanted", "wider"  # at one end
 LABEL, SIZE, FINE, BITS = 2, (560, 440), 4, 4
-KINDS = {"plain": 1 / 2, "thin": 1 / 6, "end off": 1 / 6, "straight": 1 / 18, "slanted": 1 / 18, "wider": 1 / 18}
+KINDS = {"plain": 1 / 2, "thin": 1 / 6, "end off": 1 / 12, "covered": 1 / 12, **dict.fromkeys(STRAYS, 1 / 18)}
 OFF = 0.05  # of the length
 Rng = np.random.Generator
 
@@ -72,8 +74,9 @@ def world_of(rng: Rng) -> World:
 
 def shapes_of(kind: str, width: float, rng: Rng) -> list[Array]:
     """What is seen of a bar of length one along x, and what lies at its end."""
-    end = 0.5 + (rng.uniform(-1 / 12, 1 / 12) if kind == "end off" else 0.0)
-    bar, reach = bar_from(-0.5, end, width), float(np.exp(rng.uniform(*np.log([1 / 16, 1 / 3]))))
+    reach = float(np.exp(rng.uniform(*np.log([1 / 16, 1 / 3]))))
+    end = 0.5 + {"end off": rng.uniform(-1 / 12, 1 / 12), "covered": -reach}.get(kind, 0.0)
+    bar = bar_from(-0.5, end, width)
     if kind == "straight":
         return [bar, bar_from(0.49, 0.5 + reach, width)]
     if kind == "wider":

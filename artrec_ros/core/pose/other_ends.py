@@ -32,7 +32,8 @@ AT_EDGE, GOES_ON, BEYOND = 0, 1, 2  # an end's class ends there, goes on beyond 
 class Seen(NamedTuple):
     """Of H poses. :ivar state: (H, E) of ends.
     :ivar evidence: (H, 4) what speaks for each, as `VerdictConfig.far_end_odds` weighs it: less the ends beyond which
-        their class goes on, those that lie beyond it, and the share of the sides without an edge; logarithm of votes.
+        their class goes on, those that lie beyond it, and the share of the sides without an edge, but for
+        what is outermost beside the latter: what covers an end covers that, too; logarithm of votes.
     """
 
     state: NDArray[np.int64]
@@ -52,8 +53,9 @@ class OtherEnds:
         self._marker = self._end.any(axis=2).argmax(axis=1)  # (N,)
         off = surface.contour - surface.centre[surface.markers][:, None]
         outward = [surface.outward[end].mean(axis=0) for end in self._end]
-        self._half = np.array([  # (N, M, m) points of the marker's half that has the end
-            (np.arange(len(off)) == k)[:, None] & (off @ way > 0) for k, way in zip(self._marker, outward, strict=True)
+        self._along = np.array([  # (N, M, m) how far out points are of the marker's half that has the end, else -inf
+            np.where((np.arange(len(off)) == k)[:, None] & (off @ way > 0), off @ way, -np.inf)
+            for k, way in zip(self._marker, outward, strict=True)
         ]).reshape(self._end.shape)  # fmt: skip
 
     @property
@@ -89,14 +91,25 @@ class OtherEnds:
         fit = contour_fit(self._surface, frame, poses, use, reach, config.fit)
         bare, sides = fit.shown & ~(fit.weight > 0), ~self._far[which]
         shows = would_show(frame.field, fit.point, fit.normal, reach, border)
-        lost = (bare & shows & sides).sum(axis=(1, 2)) / sides.sum()
         own = self._going_on.at_ends(frame, poses, use)
         goes_on = np.stack([own[:, end[self._far]].mean(axis=1) > 0.5 for end in self._end[ends]], axis=1)
         open_ = np.stack([bare[:, end].all(axis=1) for end in self._end[ends][:, which]], axis=1)
         state = np.where(open_, np.where(goes_on, GOES_ON, BEYOND), AT_EDGE)
+        lost = bare & shows & sides & ~self._ends_covered(state, fit.weight > 0, sides, self._along[ends][:, which])
         votes = np.log(np.maximum(self._voter.votes(frame, poses, occlusion=True), 1.0))
         count = [(state == which).sum(axis=1) for which in (GOES_ON, BEYOND)]
-        return Seen(state, np.stack([-count[0], -count[1], -lost, votes], axis=1))
+        return Seen(state, np.stack([-count[0], -count[1], -lost.sum(axis=(1, 2)) / sides.sum(), votes], axis=1))
+
+    @staticmethod
+    def _ends_covered(
+        state: NDArray[np.int64], edge: NDArray[np.bool_], sides: NDArray[np.bool_], along: Array
+    ) -> NDArray[np.bool_]:
+        """(H, K, m) points of K markers farther out than their sides have an edge, at ends that lie beyond their class.
+
+        :param edge: (H, K, m) which have one. :param sides: (K, m) those of sides. :param along: (E, K, m).
+        """
+        seen = np.where(edge[:, None] & sides, along, -np.inf).max(axis=(2, 3))  # (H, E)
+        return np.asarray(((state == BEYOND)[..., None, None] & (along > seen[..., None, None])).any(axis=1))
 
     def _ended_otherwise(
         self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_], ends: NDArray[np.int64]
@@ -112,7 +125,7 @@ class OtherEnds:
         row, end = np.repeat(np.arange(len(begun)), len(ends)), np.tile(ends, len(begun))
         use, freed = np.tile(used, (len(row), 1)), begun[row]
         shown = self._surface.shown_contour(freed, use)
-        for without in (self._half[end], self._end[end]):
+        for without in (self._along[end] > 0, self._end[end]):
             freed = self._fit.by(self._fit.terms(frame, use, afar, shown=shown & ~without), frame, freed)
         return Poses.concatenate([begun[1:], freed])
 

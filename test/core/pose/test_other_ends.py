@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from settings import DEFAULTS, settings
 from solids import rectangle
-from squares import TEAM, Placing, patch, rendered, robot
+from squares import BODY, TEAM, Placing, patch, rendered, robot
 
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.base.deadline import Deadline
@@ -33,11 +33,13 @@ USED = np.ones((1, 1), bool)
 
 @dataclass(frozen=True)
 class Touched(Placing):
-    """A bar that is wider by some pixels all around, and what lies at its end: a share of its length, its width."""
+    """A bar that is wider by some pixels all around, and what lies at its end: a share of its length, its width;
+    or the share of its length that is covered there by what no file knows."""
 
     wider_px: float = 0.0
     stray: float = 0.0
     stray_width: float = WIDTH
+    covered: float = 0.0
 
     def patches(self):
         more, reach = 2 * self.wider_px / self.scale, self.stray * LENGTH
@@ -46,6 +48,8 @@ class Touched(Placing):
             out.append(
                 (self.at(rectangle(reach + 0.01, self.stray_width, (LENGTH / 2 + reach / 2 - 0.005, 0.0))), TEAM)
             )
+        if self.covered:
+            out.append((self.at(rectangle(0.1, 0.1, (LENGTH * (0.5 - self.covered) + 0.05, 0.0))), BODY))
         return out
 
 
@@ -93,6 +97,12 @@ def test_what_is_wider_at_one_end_is_none_of_it(stray):
 def test_wider_labels_make_no_bar_longer_than_they_are(wider_px):
     found = told(replace(PLAIN, wider_px=wider_px))
     assert found.image.scale == pytest.approx(SCALE, rel=0.03) and found.score > 0.7
+
+
+@pytest.mark.parametrize("covered", [1 / 12, 1 / 10, 1 / 8])
+def test_one_with_a_covered_end_is_not_surely_as_long_as_what_is_left_of_it(covered):
+    found = told(replace(PLAIN, covered=covered))
+    assert abs(found.image.scale / SCALE - 1) < 0.05 or found.score < 0.9
 
 
 def test_of_a_bar_as_it_should_be_nothing_is_in_doubt():

@@ -14,6 +14,7 @@ _NOTCH = 0.05  # of the root of an outline's area: notches less deep are filled,
 def convex_pieces(outline: Array) -> list[Array]:
     """Polygons (m, 2) whose convex hulls together cover a simple closed polygon (n, 2) and hardly more; of one that is
     all but convex itself."""
+    outline = outline[(outline != np.roll(outline, 1, axis=0)).any(axis=1)]  # a corner that is given twice is one
     area = signed_area(outline)
     return _pieces(outline if area > 0 else outline[::-1], _NOTCH * float(np.sqrt(abs(area))))
 
@@ -59,7 +60,9 @@ def _within(outline: Array, start: int, end: int) -> bool:
         return False
     p, q, a, b = outline[start], outline[end], outline, np.roll(outline, -1, axis=0)
     apart = ~np.isin(np.arange(n), [start, end, (start - 1) % n, (end - 1) % n])  # sides that do not begin or end there
-    crossed = (_side(p, q, a) * _side(p, q, b) <= 0) & (_side(a, b, p) * _side(a, b, q) <= 0)
+    one, other = _side(p, q, a), _side(p, q, b)
+    crossed = (one * other <= 0) & (_side(a, b, p) * _side(a, b, q) <= 0)
+    crossed &= (one != 0) | (other != 0)  # a side along the way is reached by others
     middle = (p + q) / 2
     return not (crossed & apart).any() and _contains(outline, middle)
 

@@ -34,6 +34,10 @@ from .options.paths import path
 from .unmarked_things import unmarked_things
 
 _DRAWS = partial(bar, desc="choosing", unit="draw", leave=False)
+_GAMMA = (
+    "image.gamma is taken to be 1, which label images do not tell; where a camera took the images, give 2.2 in a "
+    "parameter file and that with --params-file: fits are finer"
+)
 
 
 def add_parser(subparsers: argparse._SubParsersAction) -> None:
@@ -171,9 +175,12 @@ def _check_classes(classes: Sequence[tuple[str, int]], *, apart: bool) -> None:
 
 def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetup | None) -> tuple[Samples, Told]:
     blank, camera = (setup.blank, setup.camera) if setup is not None else ((), ImageConfig())
+    known = setup is not None and setup.gamma_known
     if not args.annotations:
+        if not known:
+            say(_GAMMA)
         return samples_of_labels(_pairs(args), labels, args.every, blank, camera)
-    marked, known = _marked(args, labels, setup)[:: args.every], setup is not None and setup.gamma_known
+    marked = _marked(args, labels, setup)[:: args.every]
     samples, told = samples_of_regions(marked, labels, blank, camera, gamma_known=known)
     for name in dict.fromkeys(name for m in marked for name, _ in m.regions):
         if name not in samples and name not in labels:

@@ -42,6 +42,15 @@ def test_the_file_beside_the_nodes_own_tells_the_classes_in_the_shade(folder: Pa
     assert "background: " in printed and f"Wrote {folder / 'colours.yaml'}: 2 classes" in printed
 
 
+def test_that_label_images_do_not_tell_gamma_is_told_where_nobody_gave_it(folder: Path, capsys) -> None:
+    assert learn(folder, *from_labels(folder)) == 0
+    assert "image.gamma is taken to be 1" in capsys.readouterr().err
+    (folder / "gamma.yaml").write_text("/**: {ros__parameters: {image: {gamma: 2.2}}}")
+    assert learn(folder, *from_labels(folder), "--params-file", str(folder / "gamma.yaml")) == 0
+    assert "image.gamma" not in capsys.readouterr().err
+    assert "gamma: 2.2" in (folder / "colours.yaml").read_text()
+
+
 def test_images_without_labels_are_passed_over(folder: Path, capsys) -> None:
     (folder / "labels" / "1.png").unlink()
     assert learn(folder, *from_labels(folder)) == 0

@@ -73,8 +73,9 @@ def followed(
     new[[row for n, row in row_of.items() if len(found[n].components) == 1]] = 0.0
     before = tracks.existence.probability[rows]
     existence = _exists(tracks, found, sightings, row_of, doubtful, new, goes_on, size, config)
-    theta, age_s = tracks.theta.copy(), tracks.age_s.copy()
+    theta, age_s, strange = tracks.theta.copy(), tracks.age_s.copy(), tracks.strange.copy()
     theta[rows], age_s[rows] = s.theta, 0.0
+    strange[rows[~s.placed]] = 0  # what tells no place is in none that is far off
     identities, last = list(tracks.identities), list(tracks.last)
     other_frame = np.array([_frame(found[n]) != _frame(last[row]) for n, row in row_of.items()], bool)
     for n, row in row_of.items():
@@ -88,6 +89,7 @@ def followed(
         theta=theta,
         age_s=age_s,
         existence=existence,
+        strange=strange,
     )
     placed, there = np.flatnonzero(s.placed), np.array([found[n].there for n in row_of])
     of_placed = there[placed], before[placed], other_frame[placed]

@@ -194,6 +194,14 @@ def test_who_is_seen_where_nobody_can_have_come_is_believed_as_much_as_by_one_fr
     assert detections[-1][0].score > (0.95 if frames == 1 else score - 0.01)
 
 
+def test_what_is_known_counts_where_a_sighting_has_no_pose():
+    known = [at(0.01 * k) for k in range(40)]
+    unposed = [replace(d, pose=None, pose_covariance=None, score=0.5) for d in known[31:]]
+    detections = told([*[[d] for d in known[:30]], [replace(ELSEWHERE["turned"], score=0.5)], *[[d] for d in unposed]])
+    assert detections[30][0].score == pytest.approx(0.5, abs=0.01)
+    assert min(found[0].score for found in detections[31:]) > 0.95
+
+
 @pytest.mark.parametrize("every", [1, 4, 8])
 def test_who_turns_fast_is_believed_more_than_by_one_frame(every):
     """4 rad/s, of which all images or every eighth are seen."""

@@ -6,9 +6,8 @@ import fields
 import numpy as np
 import pytest
 
-from artrec_ros.core.base.config import SceneConfig
+from artrec_ros.core.base.config import PlaneConfig, SceneConfig
 from artrec_ros.core.geometry.camera import Camera
-from artrec_ros.core.geometry.lying import Lying
 from artrec_ros.core.geometry.scene import Scene
 
 FACED = Camera.facing(fields.SIZE)
@@ -54,6 +53,8 @@ def test_an_objects_place_may_lie_behind_its_markers():
 
 def test_nothing_is_known_where_no_plane_is_seen():
     assert Scene().faced(FACED).lying is None
-    scene = Scene.of(SceneConfig(plane=fields.plane(fields.camera(), 0.0)))
-    nowhere = FACED.pinhole((8, 8), 32.0)
-    assert scene.plane is not None and Lying.of(scene.plane, nowhere) is not None
+    below = np.array([(100.0, 700.0), (500.0, 700.0), (1100 / 3, 600.0), (700 / 3, 600.0)])  # its horizon: y = 550
+    plane = PlaneConfig(tuple(below.ravel()), (0.0, 0.0, 1.0, 0.0, 1.0, 1.0, 0.0, 1.0))
+    scene = Scene.of(SceneConfig(plane=plane)).faced(FACED)
+    assert scene.plane is not None and scene.lying is None
+    assert scene.odds_against(np.eye(3)[None], np.array([[0.0, 0.0, 1.0]])) == [0.0]

@@ -54,7 +54,7 @@ class FacingKnown:
         if not len(known):
             return self._finder.ranked(frame, known)
         finder, kin = self._finder, self._finder.surface.kinematics
-        expected = finder.climber.within_limits(frame, replace(known, q=kin.bound(known.q)))
+        expected = finder.climber.within_limits(frame.camera, replace(known, q=kin.bound(known.q)))
         found = finder.ranked(frame, expected)
         found = found[first_of_each(np.arange(len(found)) // 2, found.votes, 1)]
         found = found[np.flatnonzero(found.votes > 0)]

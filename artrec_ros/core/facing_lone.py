@@ -43,7 +43,7 @@ class FacingLone:
         probability = verdicts_of(claims_of(self._finder, poses, frame)).probability
         facing = poses[np.flatnonzero(faces & (probability < config.min_probability))]
         slanted, of = self._slants.of(frame, facing)
-        slanted = self._finder.climber.within_limits(frame, slanted)
+        slanted = self._finder.climber.within_limits(frame.camera, slanted)
         worth, kept = self.worth(frame, slanted), [poses[:0]]
         for n in np.unique(of).tolist():
             mine = np.flatnonzero(of == n)

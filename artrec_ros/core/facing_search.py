@@ -197,7 +197,7 @@ class FacingSearch:
         early = hurried.hurried(0.5) if limbs else hurried  # as much time is left for these
         poses, own_votes, blob = self._guesser.guess(early, mine, limits, sizes)
         of_limbs, limb = self._limbs.guess(hurried, limbs, limits)
-        of_limbs = self.finder.climber.within_limits(frame, of_limbs)
+        of_limbs = self.finder.climber.within_limits(frame.camera, of_limbs)
         most = np.full(own + len(limbs), config.per_patch)
         most[:own] = self._directions.kept * -(-np.bincount(blob, minlength=own) // self._directions.laid)
         # a blob in which smaller ones are looked for has no middle
@@ -218,7 +218,7 @@ class FacingSearch:
             return found[near], blob[near], most, swollen[near]
         fitted = self._guesser.fitted(frame, found.poses[large])
         fitted = Poses.concatenate([fitted, self.finder.rest.fitted(frame, found.poses[limb])])
-        again = with_joints(self.finder, frame, self.finder.climber.within_limits(frame, fitted))
+        again = with_joints(self.finder, frame, self.finder.climber.within_limits(frame.camera, fitted))
         swollen = np.concatenate([swollen[near], np.zeros(len(large) + len(limb), bool)])
         return found[near] + again, np.concatenate([blob[near], blob[large], blob[limb]]), most, swollen
 

@@ -48,7 +48,7 @@ class FromAbove:
         field = LabelField(codes, self._config.seams, of.meaning, on_bodies=of.on_bodies)
         image = None if frame.image is None else view.colours(frame.image)
         camera = Camera.facing(view.size)
-        above = replace(frame, field=field, calibration=camera, image=image, scene=view.scene.faced(camera))
+        above = replace(frame, field=field, calibration=camera, image=image, scene=view.scene)
         blobs = find_blobs(field.labels, self._labels, self._config, deadline=frame.deadline)
         inside = view.scene.inside(centres(blobs)) if blobs else np.zeros(0, bool)
         return above, tuple(b for b, yes in zip(blobs, inside, strict=True) if yes)

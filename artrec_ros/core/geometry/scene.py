@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,7 +12,6 @@ from ..base.errors import ConfigError
 from .camera import Camera
 from .field_plane import FieldPlane
 from .floor import Floor
-from .lying import Lying
 from .transforms import Array
 
 _LEAST_AREA_PX = 1.0
@@ -25,13 +24,11 @@ class Scene:
     :param region: (n, 2) corners of the polygon in which objects are.
     :param plane: on which the markers lie of objects that are found flat.
     :param floor: on which objects stand that are found in space.
-    :param lying: what the plane is to a camera that objects face.
     """
 
     region: Array | None = None
     plane: FieldPlane | None = None
     floor: Floor | None = None
-    lying: Lying | None = None
 
     @classmethod
     def of(cls, config: SceneConfig, camera: Camera | None = None) -> Scene:
@@ -45,10 +42,6 @@ class Scene:
                 raise ConfigError("scene.region: its corners enclose nothing; give them in order around the region")
         plane = FieldPlane.of(config.plane, camera) if config.plane.is_given else None
         return cls(region, plane, Floor.of(config.floor) if config.floor.is_given else None)
-
-    def faced(self, camera: Camera) -> Scene:
-        """The same for a camera that objects face, see `Camera.facing`: they stand on no floor."""
-        return replace(self, floor=None, lying=None if self.plane is None else Lying.of(self.plane, camera))
 
     def __bool__(self) -> bool:
         """Whether anything is known."""
@@ -76,13 +69,7 @@ class Scene:
         return np.ones(len(t), bool) if self.floor is None else self.floor.standing(R, t)
 
     def odds_against(self, R: Array, t: Array) -> Array:
-        """(n,) of how high poses stand and how they lean: `Floor.odds_against`; of what faces the camera by its scale;
-        0 where neither is known.
-
-        :param t: (n, 3) places of objects in space; of what faces the camera the middles of required components.
-        """
-        if self.lying is not None:
-            return self.lying.odds_against(t)
+        """(n,) of how high poses stand and how they lean: `Floor.odds_against`; 0 where no floor is known."""
         return np.zeros(len(t)) if self.floor is None else self.floor.odds_against(R, t)
 
     def may_stand(self, R: Array, t: Array, slack: float) -> np.ndarray:

@@ -79,8 +79,7 @@ class ImageFrame:
 
     def faced(self) -> ImageFrame:
         """The same frame to objects that face the camera, whichever took it: they stand on no floor."""
-        camera = Camera.facing(self.size)
-        return replace(self, calibration=camera, scene=self.scene.faced(camera))
+        return replace(self, calibration=Camera.facing(self.size), scene=replace(self.scene, floor=None))
 
     def expecting(self, poses: Mapping[str, tuple[Array, Array, Array]]) -> ImageFrame:
         """The same frame with what is expected in it."""

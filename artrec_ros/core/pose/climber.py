@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig, SearchConfig
+from ..geometry.camera import Camera
+from ..geometry.range_limits import scale_limits
 from ..image.image_frame import ImageFrame
 from . import climb_kernels as climbing
 from .climb_kernels import Steps
-from .facing_depths import FacingDepths
 from .poses import Poses
 from .ranked import Ranked
 from .voter import Voter
@@ -40,7 +40,6 @@ class Climber:
 
     def __init__(self, voter: Voter, config: RecognizerConfig, *, facing: bool) -> None:
         self._surface, self._value, self._config, self._facing = voter.surface, voter.value, config, facing
-        self._depths = FacingDepths(voter.surface, config) if facing else None
         self._grids, self._steps = voter.surface.kinematics.grids(config.search.joint_step), _steps(config.search)
 
     def sweep(self, frame: ImageFrame, found: Ranked) -> Ranked:
@@ -59,7 +58,7 @@ class Climber:
     def climb(self, frame: ImageFrame, found: Ranked, climb: Climb) -> Ranked:
         """Local search on the votes of the whole object: no hypothesis gets worse, and the clock ends it."""
         kin, moved, surface = self._surface.kinematics, found.copied(), self._surface
-        near_m, far_m = self.depths(frame, found.poses)
+        near_m, far_m = self.depths(frame.camera)
         limits = kin.lower, kin.upper, kin.unit, kin.endless
         moves = climbing.Moves(self._steps, frame.camera.focal_px, near_m, far_m, *limits)
         steps = np.full((len(found), 6 + kin.n_joints), climb.first_step, float)
@@ -72,20 +71,21 @@ class Climber:
             )  # fmt: skip
         return moved
 
-    def within_limits(self, frame: ImageFrame, poses: Poses) -> Poses:
-        """Hypotheses that face the camera, with their required components in the image where they are, at scales that
-        are looked for; others are where they are."""
-        return poses if self._depths is None else self._depths.kept(frame, poses)[0]
+    def within_limits(self, camera: Camera, poses: Poses) -> Poses:
+        """Hypotheses that face the camera, with their origins in the image where they are, at scales that are looked
+        for; others are where they are."""
+        if not self._facing:
+            return poses
+        depth = poses.t[:, 2]
+        near_m, far_m = self.depths(camera)
+        return Poses(poses.R, poses.t * (np.minimum(np.maximum(depth, near_m), far_m) / depth)[:, None], poses.q)
 
-    def at_limits(self, frame: ImageFrame, poses: Poses) -> tuple[Poses, NDArray[np.int64]]:
-        """The same, and which of them lie on a limit."""
-        return (poses, np.zeros(0, np.int64)) if self._depths is None else self._depths.kept(frame, poses)
-
-    def depths(self, frame: ImageFrame, poses: Poses) -> tuple[float, float]:
+    def depths(self, camera: Camera) -> tuple[float, float]:
         """Between which depths hypotheses stay while they move: of what faces the camera, those of its scale."""
-        if self._depths is None or not len(poses):
+        if not self._facing:
             return 0.0, np.inf
-        return self._depths.of(frame, poses)
+        limits, f = scale_limits(self._config, None), float(camera.focal_px)
+        return f / float(limits.greatest), f / float(limits.least) if limits.least > 0 else np.inf
 
 
 def _steps(search: SearchConfig) -> Steps:

@@ -10,7 +10,7 @@ from ..base.config import FitConfig
 from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.image_frame import ImageFrame
 from .contour_term_kernels import ContourFit
-from .floor_term import equations, floor_term, known_floor
+from .floor_term import equations, floor_term
 from .floor_term_kernels import FloorTerm
 from .pose_fit import AS_GOOD_AS_CERTAIN, weight_at_edges
 from .poses import Poses
@@ -36,7 +36,7 @@ class ContourSteps:
 
     def begun(self, frame: ImageFrame, used: np.ndarray) -> Beside:
         """:param used: (H, M) markers whose contours are fitted."""
-        floor = floor_term(known_floor(frame.scene, self._surface), self._config)
+        floor = floor_term(frame.scene.floor, self._config)
         return Beside(floor, weight_at_edges(self._surface, used, self._config, floor))
 
     def step(

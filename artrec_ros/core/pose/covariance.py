@@ -33,7 +33,7 @@ from ..base.config import CovarianceConfig, RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .covariance_kernels import Spreads, Sums, Weights, add_up, spread_out
-from .floor_term import equations, floor_term, known_floor
+from .floor_term import equations, floor_term
 from .pose_fit import AS_GOOD_AS_CERTAIN, contour_fit, weight_at_edges
 from .poses import Poses
 from .restarts import scatter
@@ -97,7 +97,7 @@ def sources(
 ) -> Sources:
     """As of `pose_covariances`. :param known: (H, 6+J) deviations without any image."""
     c, sigma_px = config.covariance, config.fit.point_sigma_px
-    floor, n_par = floor_term(known_floor(frame.scene, model), config.fit), known.shape[1]
+    floor, n_par = floor_term(frame.scene.floor, config.fit), known.shape[1]
     at_edges = weight_at_edges(model, use, config.fit, floor)
     certain = np.column_stack([known**-2.0, at_edges / sigma_px**2])
     prior = np.minimum(certain, AS_GOOD_AS_CERTAIN)[:, None] * np.eye(n_par + 1)

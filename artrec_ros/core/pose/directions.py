@@ -49,7 +49,7 @@ class Directions:
         :param guesser: that laid them.
         """
         at_rest = guesser.fitted(frame, poses)
-        laid = Poses.concatenate([poses, finder.climber.within_limits(frame, at_rest)])
+        laid = Poses.concatenate([poses, finder.climber.within_limits(frame.camera, at_rest)])
         which, middle = np.repeat(np.arange(len(laid)), self.turned), finder.required.anchors(laid)
         turns = np.zeros((self.turned, 3))
         turns[:, 2] = 2 * np.pi * np.arange(self.turned) / self.turned

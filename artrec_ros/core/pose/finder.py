@@ -275,7 +275,7 @@ class WholeObjectFinder:
 
     def looked_again(self, frame: ImageFrame, begun: Poses) -> Ranked:
         """What a second look at an object makes of poses: fits to the contours before and after a climb."""
-        poses = self.climber.within_limits(frame, begun)
+        poses = self.climber.within_limits(frame.camera, begun)
         return self.polished(frame, self.fit_all(frame, poses), self.last_climb)
 
     def _with_rival_flips(self, frame: ImageFrame, found: Ranked) -> Ranked:
@@ -285,16 +285,6 @@ class WholeObjectFinder:
             return found
         fitted = self.fit_all(frame, flips).best(self._search.flip_keep, self._search)
         return found + fitted[fitted.votes > self._search.rival * found.votes[0]]
-
-    def _within_limits(self, frame: ImageFrame, found: Ranked) -> Ranked:
-        """Those whose scales leave the limits, fitted anew at these."""
-        kept, at = self.climber.at_limits(frame, found.poses)
-        if not len(at) or frame.deadline.expired:
-            return found
-        again = self.rest.within_limits(frame, kept[at], self.voter.supports(frame, kept[at]))
-        rows = np.arange(len(found))
-        rows[at] = len(found) + np.arange(len(at))
-        return (found + self.ranked(frame, again))[rows]
 
     def strayed(self, poses: Poses, expected: Poses) -> float:
         """How far the first hypothesis is from the nearest of some others: 1 where no climb would lead to it."""
@@ -315,9 +305,7 @@ class WholeObjectFinder:
     def fit_all(self, frame: ImageFrame, poses: Poses) -> Ranked:
         """Hypotheses and their fits to the contours of all markers that the labels support, with votes; beside those
         that lean too much for the scene's floor, the same turned upright."""
-        fitted = self.refit.of(frame, poses, self.climber.depths(frame, poses))
-        if self.facing:
-            return self._within_limits(frame, fitted)
+        fitted = self.refit.of(frame, poses, self.climber.depths(frame.camera))
         upright = self.upright.of(frame, fitted.poses)
         return fitted + self.ranked(frame, upright) if len(upright) else fitted
 

@@ -11,22 +11,14 @@ import numpy as np
 
 from ..base.config import FitConfig
 from ..geometry.floor import Floor
-from ..geometry.lying import Lying
-from ..geometry.scene import Scene
 from ..geometry.transforms import Array
 from .floor_term_kernels import FloorTerm, add_floor_each
 from .poses import Poses
-from .surface_model import SpatialModel
 
 _NOTHING = FloorTerm(np.zeros(3), 0.0, np.zeros(2))
 
 
-def known_floor(scene: Scene, model: SpatialModel) -> Floor | Lying | None:
-    """What an object stands on, or lies on where it faces the camera."""
-    return scene.floor if scene.lying is None else scene.lying.nearer(model.nearer_m)
-
-
-def floor_term(floor: Floor | Lying | None, config: FitConfig) -> FloorTerm:
+def floor_term(floor: Floor | None, config: FitConfig) -> FloorTerm:
     """For compiled code. :param floor: None: none is known."""
     if floor is None:
         return _NOTHING

@@ -131,8 +131,12 @@ class OtherEnds:
 
     def _in_limits(self, frame: ImageFrame, poses: Poses) -> Poses:
         """Those of a scale that is looked for, and that the scene has there."""
-        near_m, far_m = self._climber.depths(frame, poses)
-        kept = (poses.t[:, 2] >= near_m) & (poses.t[:, 2] <= far_m)
+        near_m, far_m = self._climber.depths(frame.camera)
+        depth = poses.t[:, 2]
+        kept = (depth >= near_m) & (depth <= far_m)
+        if frame.scene:
+            scale, limits = frame.camera.focal_px / depth, frame.scene.scale_limits(project(frame.camera, poses.t))
+            kept &= (scale >= limits[:, 0]) & (scale <= limits[:, 1])
         return poses[np.flatnonzero(kept)]
 
     def _at(self, frame: ImageFrame, poses: Poses, ends: NDArray[np.int64]) -> Array:

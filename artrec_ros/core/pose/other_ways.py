@@ -69,7 +69,7 @@ class OtherWays:
         finder, frame = self._finder, frame.unhurried()
         at = self._through.places(pose, patches)[0]
         middles = Middles(patches, project(frame.camera, at), frame.camera.focal_px / at[:, 2])
-        ways = finder.climber.within_limits(frame, self._through.of(frame.camera, pose, middles))
+        ways = finder.climber.within_limits(frame.camera, self._through.of(frame.camera, pose, middles))
         ways = self._apart(ways, pose, moving)
         if not len(ways):
             return None

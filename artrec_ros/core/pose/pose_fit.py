@@ -17,7 +17,7 @@ from .damping_kernels import Damping
 from .edge_kernels import EdgeTerms
 from .edges import edge_terms
 from .fit_kernels import Terms, fit_each
-from .floor_term import floor_term, is_told, known_floor
+from .floor_term import floor_term, is_told
 from .floor_term_kernels import FloorTerm
 from .joint_prior_kernels import JointPrior
 from .occlusion import BEHIND
@@ -51,14 +51,13 @@ def fit_poses(
 class Fit:
     """What fits of one model have in common.
 
-    :param facing: poses turn about the optical axis alone. :param of_scale: their depths stay.
-    :ivar joints: for compiled code.
+    :param facing: poses turn about the optical axis alone. :ivar joints: for compiled code.
     """
 
-    def __init__(self, model: SpatialModel, config: FitConfig, *, facing: bool, of_scale: bool = False) -> None:
+    def __init__(self, model: SpatialModel, config: FitConfig, *, facing: bool) -> None:
         kin = model.kinematics
         self._model, self._config, self.joints = model, config, joints_of(kin)
-        self._prior, self._damping = _joint_prior(kin, config), _damping(config, [2] * of_scale + [3, 4] * facing)
+        self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
 
     def of(
         self,
@@ -99,7 +98,7 @@ class Fit:
         free = np.ones((len(use), len(self._prior.middle)), bool) if free_joints is None else free_joints
         edges = edge_terms(self._model, frame.field, reach_px, self._config)
         contours, prior = _contour_term(self._model, frame, use, shown, edges), self._prior._replace(free=free)
-        floor = floor_term(known_floor(frame.scene, self._model), self._config)
+        floor = floor_term(frame.scene.floor, self._config)
         return Terms(contours, prior, floor, self._damping)
 
     def by(self, terms: Terms, frame: ImageFrame, poses: Poses) -> Poses:
@@ -190,11 +189,10 @@ def _joint_prior(kin: Kinematics, config: FitConfig) -> JointPrior:
     return JointPrior(kin.middle, weight, np.empty((0, kin.n_joints), bool), _PIN)
 
 
-def _damping(config: FitConfig, held: list[int]) -> Damping:
-    """:param held: of a pose's place and turn what stays."""
+def _damping(config: FitConfig, *, facing: bool) -> Damping:
     deviation, limit = (config.shift_sigma, config.bend_sigma), (config.most_shift, config.most_bend)
-    weight = np.where(np.isin(np.arange(6), held), _PIN, 0.0)
-    return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float), weight)
+    held = np.array([0.0, 0.0, 0.0, _PIN, _PIN, 0.0]) if facing else np.zeros(6)
+    return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float), held)
 
 
 def joints_of(kin: Kinematics) -> Joints:

@@ -10,17 +10,16 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.camera import Camera
 from ..geometry.projection import project
+from ..geometry.range_limits import scale_limits
 from ..geometry.transforms import Array
 from ..image.codes import OUTSIDE
 from ..image.image_frame import ImageFrame
 from ..image.segmentation import as_light
 from ..model.kinematics import Frames
-from .facing_depths import FacingDepths
 from .poses import Poses
 from .region_kernels import Regions, even_out_each
 from .surface_model import SpatialModel
 
-_LEAST_M = 1e-9  # of a depth: any scale may be
 _MOST_IN = 0.6  # of the way to its middle at most, a marker's points are drawn in
 
 
@@ -41,7 +40,7 @@ class RegionFit:
 
     def __init__(self, surface: SpatialModel, config: RecognizerConfig, there: NDArray[np.bool_] | None = None) -> None:
         """:param there: (M,) markers that are; None: all."""
-        self._surface, self._config, self._depths = surface, config.facing, FacingDepths(surface, config)
+        self._surface, self._config, self._limits = surface, config.facing, scale_limits(config, None)
         there = np.ones(len(surface.markers), bool) if there is None else there
         patches = [surface.patches[p] for p in surface.markers[there]]
         outward = [np.cross(p.contour_along, p.normal) for p in patches]
@@ -76,10 +75,8 @@ class RegionFit:
         within = np.where(kin.endless, -np.inf, kin.lower - poses.q), np.where(kin.endless, np.inf, kin.upper - poses.q)
         least[:, 4:] = np.minimum(np.maximum(least[:, 4:], within[0][:, self._order]), 0.0)
         most[:, 4:] = np.maximum(np.minimum(most[:, 4:], within[1][:, self._order]), 0.0)
-        near, far = self._depths.of(frame, poses)
-        nearest = poses.t[:, 2] / np.maximum(near, _LEAST_M)
-        least[:, 3] = np.minimum(np.maximum(least[:, 3], poses.t[:, 2] / far), 1.0)  # but never has it to move
-        most[:, 3] = np.maximum(np.minimum(most[:, 3], nearest), 1.0)
+        least[:, 3] = np.minimum(np.maximum(least[:, 3], self._limits.least / scale), 1.0)  # but never has it to move
+        most[:, 3] = np.maximum(np.minimum(most[:, 3], self._limits.greatest / scale), 1.0)
         even_out_each(
             as_light(frame.colours, frame.gamma),
             regions,

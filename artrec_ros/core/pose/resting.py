@@ -31,7 +31,6 @@ class Resting:
     def __init__(self, voter: Voter, climber: Climber, config: RecognizerConfig, *, facing: bool) -> None:
         self._surface, self._voter, self._climber, self._config = voter.surface, voter, climber, config
         self._fit = Fit(voter.surface, config.fit, facing=facing)
-        self._of_scale = Fit(voter.surface, config.fit, facing=facing, of_scale=True)
         self._going_on = GoingOn(voter.surface, config.fit, facing=facing)
         regions = StackedRegions if voter.surface.stacks else RegionFit
         self._facing, self.regions = facing, regions(voter.surface, config) if facing else None
@@ -148,20 +147,7 @@ class Resting:
                 rows = np.arange(len(poses))
                 rows[again] = len(poses) + np.arange(len(again))
                 fitted = Poses.concatenate([fitted, self._gone_on(frame, begun, use[again])])[rows]
-        return self.within_limits(frame, fitted, use, last=last)
-
-    def within_limits(self, frame: ImageFrame, poses: Poses, use: np.ndarray, *, last: bool = False) -> Poses:
-        """Fits of what faces the camera: those whose scales left the limits fitted anew at these; others as they are.
-
-        :param use: (H, M) markers that were fitted. :param last: see `Fit.of`.
-        """
-        kept, at = self._climber.at_limits(frame, poses)
-        if not len(at):
-            return kept
-        again = self._of_scale.of(frame, kept[at], use[at], self._config.fit.fine_reach_px, last=last)
-        rows = np.arange(len(poses))
-        rows[at] = len(poses) + np.arange(len(at))
-        return Poses.concatenate([kept, self._climber.within_limits(frame, again)])[rows]
+        return self._climber.within_limits(frame.camera, fitted)
 
     def _gone_on(self, frame: ImageFrame, poses: Poses, use: np.ndarray) -> Poses:
         """Fits of those, in space from afar: what ended so far short may be slanted and bent as guesses are."""
@@ -169,4 +155,4 @@ class Resting:
             return poses
         farther, config = self._going_on.fitted(frame, poses, use), self._config.fit
         reach = config.fine_reach_px if self._facing else config.coarse_reach_px + config.fine_reach_px
-        return self.within_limits(frame, self._fit.of(frame, farther, use, reach, last=True), use, last=True)
+        return self._climber.within_limits(frame.camera, self._fit.of(frame, farther, use, reach, last=True))

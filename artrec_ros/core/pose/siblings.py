@@ -104,7 +104,7 @@ class Siblings:
         q = np.repeat(pose.q, _STARTS, axis=0)
         q[:, free] = kin.lower[free] + (kin.upper - kin.lower)[free] * spread(_STARTS, len(free))
         starts = Poses(np.repeat(pose.R, _STARTS, axis=0), np.repeat(pose.t, _STARTS, axis=0), q)
-        others = finder.climber.within_limits(frame, finder.through_middles.begun(frame.camera, starts, middles))
+        others = finder.climber.within_limits(frame.camera, finder.through_middles.begun(frame.camera, starts, middles))
         if not finder.facing:
             others = others[np.flatnonzero(frame.scene.stand(others.R, others.t))]
         if not len(others):

@@ -86,13 +86,6 @@ class SpatialModel:
         self.extent = float(np.linalg.norm(whole - self.anchor, axis=1).max())  # of the required component, metres
 
     @cached_property
-    def nearer_m(self) -> float:
-        """By how much the required component is nearer to a camera that the object faces than the object's place."""
-        frames, patch = self.kinematics.in_object(self.kinematics.middle[None]), self.markers_of[self.root][0]
-        R, t = frames.R[0, self.root], frames.t[0, self.root]
-        return float((R @ self.normal[patch]) @ (R @ self.anchor + t))
-
-    @cached_property
     def compiled(self) -> Surface:
         """The same for compiled code."""
         return compiled_surface(self)

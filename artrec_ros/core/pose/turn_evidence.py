@@ -28,8 +28,7 @@ class Evidence(NamedTuple):
 
     :ivar votes: (H,) logarithm of their share of the votes.
     :ivar contours: (H,) signed root of the logarithm of the likelihoods' ratio of the contours that both show.
-    :ivar floor: (H,) log odds of them by how both stand on the scene's floor, or by their scales on its plane; 0:
-        neither is known.
+    :ivar floor: (H,) log odds of them by how both stand on the scene's floor; 0: none is known.
     """
 
     votes: Array
@@ -154,7 +153,7 @@ def contour_evidence(
         alone = shown > shown[::-1]
     ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
     ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
-    against = frame.scene.odds_against(both.R, finder.required.anchors(both) if finder.facing else both.t)
+    against = frame.scene.odds_against(both.R, both.t)
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)), against[:h] - against[h:])
 
 

@@ -44,10 +44,8 @@ class PlaneConfig:
     )
     scale_tolerance: float = param(
         0.4,
-        "no object is told at a scale that differs from that of the plane at its place by a larger share. What is "
-        "found as a whole is fitted within it, what fits better beyond at its end (docs/field.md), and fits take their "
-        "scale to be as sure as that of what is anywhere there. Where edges have no class, a marker of 10 px looks a "
-        "quarter smaller than it is; where markers are larger, 0.1 says more",
+        "objects whose scale differs from that of the plane at their place by a larger share are none: where edges "
+        "have no class, a marker of 10 px looks a quarter smaller than it is",
         low=0.01,
         high=10,
         paths=_FLAT,

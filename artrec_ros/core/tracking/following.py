@@ -69,8 +69,8 @@ def followed(
     seen = tracks.image[rows].seen(s.place, s.noise)
     image = tracks.image.replaced(rows, replace(seen, unit=s.unit))
     new = np.minimum(_moved(image, tracks.age_s, rows, s) / config.existence.anew, 1.0)
-    # one part alone is the same patch from frame to frame, and moves in the image where the camera does
-    new[[row for n, row in row_of.items() if len(found[n].components) == 1]] = 0.0
+    # one of several parts alone is the same patch from frame to frame, and moves in the image where the camera does
+    new[[row for n, row in row_of.items() if len(found[n].components) == 1 and found[n].missing]] = 0.0
     before = tracks.existence.probability[rows]
     existence = _exists(tracks, found, sightings, row_of, doubtful, new, goes_on, size, config)
     theta, age_s, strange = tracks.theta.copy(), tracks.age_s.copy(), tracks.strange.copy()

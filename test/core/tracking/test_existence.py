@@ -9,7 +9,7 @@ from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, RecognizerConfig, TrackingConfig
 from artrec_ros.core.base.deferred import Deferred
-from artrec_ros.core.model.found import ImagePose, Instance, OtherPlace
+from artrec_ros.core.model.found import ImagePose, Instance, Missing, OtherPlace
 from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
@@ -165,16 +165,18 @@ def test_what_moves_and_is_found_again_is_believed_more(score):
 
 
 @pytest.mark.parametrize("score", [0.5, 0.8])
-def test_one_part_alone_is_believed_as_much_as_by_one_frame_though_it_moves(score):
-    """Clutter moves in the image where the camera does, and is the same patch in each frame."""
-    part = Instance("body", "top", score, 0.0, 0.0, 0.0, 100.0)
+def test_one_of_several_parts_alone_is_believed_as_much_as_by_one_frame_though_it_moves(score):
+    """Clutter moves in the image where the camera does, and is the same patch in each frame. What has but one part
+    shows no more."""
+    part, lacks = Instance("body", "top", score, 0.0, 0.0, 0.0, 100.0), Missing("cap", "not seen", 0.0, 0.0)
 
-    def last(*parts):
-        seen = [[replace(at(0.02 * k, score), components=parts)] for k in range(40)]
+    def last(*parts, missing=()):
+        seen = [[replace(at(0.02 * k, score), components=parts, missing=missing)] for k in range(40)]
         return [d[0].score for d in told(seen, targets=[Target("red", robot(), TEAM)])[20:]]
 
-    assert last(part) == pytest.approx([score] * 20, abs=0.02)
-    assert min(last(part, part)) > 0.97
+    assert last(part, missing=(lacks,)) == pytest.approx([score] * 20, abs=0.02)
+    assert min(last(part, part, missing=(lacks,))) > 0.97
+    assert min(last(part)) > 0.97
 
 
 ELSEWHERE = {"turned": at(0.3, turn=1.6), "farther off": at(0.34, z=1.14)}

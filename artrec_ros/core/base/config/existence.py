@@ -38,8 +38,8 @@ class ExistenceConfig(Room):
     anew: float = param(
         0.1,
         "a frame says something new of an object that has moved by this since the one before, in sizes of its required "
-        "component; of one that stands still, or comes nearer slowly, or shows one component alone, it says what that "
-        "said",
+        "component; of one that stands still, or comes nearer slowly, or shows one of its components alone, it says "
+        "what that said",
         low=0.001,
         high=100,
         origin="walking quadrupeds: 0.05 and 0.2 tell the same; with none what stands still is told as all but sure "

@@ -82,7 +82,9 @@ class OtherEnds:
             far = np.linalg.norm(at[kept] - at[n], axis=2).max(axis=1) > apart_px
             if (far & (seen.state[kept] != seen.state[n]).any(axis=1)).all():
                 kept.append(n)
-        return both[kept[1:]], (worth - worth[0])[kept[1:]]
+        log_odds = (worth - worth[0])[kept[1:]]
+        likelier = log_odds > self._config.verdict.least_turn_odds  # below, both are as likely, as mirrored turns are
+        return both[kept[1:]], np.where(likelier, log_odds, np.minimum(log_odds, 0.0))
 
     def seen(self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_], ends: NDArray[np.int64]) -> Seen:
         """What is seen of H poses. :param ends: (E,) numbers of those that may be elsewhere."""

@@ -177,9 +177,10 @@ def _samples(args: argparse.Namespace, labels: dict[str, int], setup: ColourSetu
     blank, camera = (setup.blank, setup.camera) if setup is not None else ((), ImageConfig())
     known = setup is not None and setup.gamma_known
     if not args.annotations:
+        found = samples_of_labels(_pairs(args), labels, args.every, blank, camera)
         if not known:
             say(_GAMMA)
-        return samples_of_labels(_pairs(args), labels, args.every, blank, camera)
+        return found
     marked = _marked(args, labels, setup)[:: args.every]
     samples, told = samples_of_regions(marked, labels, blank, camera, gamma_known=known)
     for name in dict.fromkeys(name for m in marked for name, _ in m.regions):

@@ -10,7 +10,7 @@ seeded.
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -87,15 +87,24 @@ def over_an_end(one: PlacedObject, rng: np.random.Generator) -> Surface:
     return Surface(NEARER * (middle + rng.uniform(0.8, 1.2) * (end - middle) + outline), np.array([0.0, 0.0, -1.0]), 0)
 
 
-def record(first: int, worlds: int) -> dict[str, Array]:
-    """(n, 4) from labels and from colours: world, whether the other pose is right, evidence of votes and contours."""
-    recorder, kept = HiddenRecorder(), {"labels": list[tuple[float, ...]](), "colours": list[tuple[float, ...]]()}
+def record(
+    first: int,
+    worlds: int,
+    recorder: Recorder,
+    kinds: Sequence[Callable[[int], World]],
+    scenes: Callable[[World, int], Iterator[SimulatedFrame]],
+) -> dict[str, Array]:
+    """(n, 4) from labels and from colours: world, whether the other pose is right, evidence of votes and contours.
+
+    :param kinds: of worlds, one after the other, two of each. :param scenes: of a world and its seed.
+    """
+    kept = {"labels": list[tuple[float, ...]](), "colours": list[tuple[float, ...]]()}
     for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
-        world = (trees, plates, hinges)[number // 2 % 3](number)
+        world = kinds[number // 2 % len(kinds)](number)
         plain, coloured = (
             Recognizer(list(world.targets), RecognizerConfig(), Segmenter(image)) for image in (ImageConfig(), COLOURED)
         )
-        for frame in frames(world, number):
+        for frame in scenes(world, number):
             kept["labels"] += [(number, *row) for row in recorder.of(plain, frame)]
             kept["colours"] += [(number, *row) for row in recorder.of(coloured, frame, colour=True)]
     return {name: np.array(rows, float).reshape(-1, 4) for name, rows in kept.items()}
@@ -106,7 +115,8 @@ def main() -> None:
     parser.add_argument("--worlds", type=int, default=100)
     parser.add_argument("--first", type=int, default=0, help="world that begins")
     args = parser.parse_args()
-    kept, config = record(args.first, args.worlds), VerdictConfig()
+    kept = record(args.first, args.worlds, HiddenRecorder(), (trees, plates, hinges), frames)
+    config = VerdictConfig()
     for name, odds in (("labels", config.turn_odds), ("colours", config.turn_odds_colour)):
         report(name, kept[name], np.array(odds))
 

@@ -16,19 +16,16 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hidden_ends import NEARER
+from hidden_ends import NEARER, record
 from random_solids import LABELS, OTHER, RIGHT, SHARES, SIZES, World, _marker, random_outline
-from tqdm import tqdm
-from turns import COLOURED, NEAR_RAD, Recorder, fitted, hinges, report
+from turns import NEAR_RAD, Recorder, fitted, hinges, report
 
-from artrec_ros.core.base.config import ImageConfig, RecognizerConfig, VerdictConfig
+from artrec_ros.core.base.config import VerdictConfig
 from artrec_ros.core.geometry.transforms import Array, Pose
-from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_turns
 from artrec_ros.core.pose.turn_evidence import evidence
-from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.simulation.config import SceneConfig, SensorConfig
 from artrec_ros.simulation.render import Renderer
 from artrec_ros.simulation.scene import PlacedObject, sample_scene
@@ -120,20 +117,6 @@ def over_base(one: PlacedObject, rng: np.random.Generator) -> Surface:
     return Surface(NEARER * (place + outline), np.array([0.0, 0.0, -1.0]), 0)
 
 
-def record(first: int, worlds: int) -> dict[str, Array]:
-    """(n, 4) from labels and from colours: world, whether the other pose is right, evidence of votes and contours."""
-    recorder, kept = AloneRecorder(), {"labels": list[tuple[float, ...]](), "colours": list[tuple[float, ...]]()}
-    for number in tqdm(range(first, first + worlds), desc="worlds", disable=None):
-        world = (turrets, turrets, hinges)[number // 2 % 3](number)
-        plain, coloured = (
-            Recognizer(list(world.targets), RecognizerConfig(), Segmenter(image)) for image in (ImageConfig(), COLOURED)
-        )
-        for frame in frames(world, number):
-            kept["labels"] += [(number, *row) for row in recorder.of(plain, frame)]
-            kept["colours"] += [(number, *row) for row in recorder.of(coloured, frame, colour=True)]
-    return {name: np.array(rows, float).reshape(-1, 4) for name, rows in kept.items()}
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--worlds", type=int, default=140)
@@ -141,7 +124,10 @@ def main() -> None:
     parser.add_argument("--save", type=Path, help="keep what was recorded")
     parser.add_argument("--load", type=Path, nargs="+", help="fit what was kept")
     args = parser.parse_args()
-    each = [dict(np.load(file)) for file in args.load] if args.load else [record(args.first, args.worlds)]
+    if args.load:
+        each = [dict(np.load(file)) for file in args.load]
+    else:
+        each = [record(args.first, args.worlds, AloneRecorder(), (turrets, turrets, hinges), frames)]
     if args.save:
         np.savez(args.save, **each[0])
     shipped = VerdictConfig()

@@ -16,7 +16,7 @@ from ..core.geometry.camera import Camera
 from ..core.geometry.range_limits import range_limits
 from ..io.base.shared_files import SCHEME
 from ..io.parameters.parameter_file import NO_FILE, Setup, hint, setup_from_flat
-from ..io.parameters.sections import FILE_NAMES, check_own, check_sections
+from ..io.parameters.sections import check_own, check_sections, names_file
 from ..io.parameters.specs import Spec, moved
 from ..io.parameters.unread import unread
 
@@ -63,7 +63,7 @@ def beside_files(overrides: Mapping[str, Any], files: Sequence[Path]) -> dict[st
     folder. With `config_dir` all stay as they are."""
     out = dict(overrides)
     for key, name in overrides.items() if not overrides.get("config_dir") else ():
-        if key.endswith(FILE_NAMES) and isinstance(name, str) and not name.startswith(SCHEME):
+        if names_file(key) and isinstance(name, str) and not name.startswith(SCHEME):
             there = [f.parent / name for f in files if (f.parent / name).is_file()]
             out[key] = str(there[-1]) if there else name
     return out

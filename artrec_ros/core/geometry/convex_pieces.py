@@ -63,18 +63,10 @@ def _within(outline: Array, start: int, end: int) -> bool:
     one, other = _side(p, q, a), _side(p, q, b)
     crossed = (one * other <= 0) & (_side(a, b, p) * _side(a, b, q) <= 0)
     crossed &= (one != 0) | (other != 0)  # a side along the way is reached by others
-    middle = (p + q) / 2
-    return not (crossed & apart).any() and _contains(outline, middle)
+    x, y = (p + q) / 2
+    return not (crossed & apart).any() and cv2.pointPolygonTest(outline.astype(np.float32), (x, y), False) > 0
 
 
 def _side(p: Array, q: Array, of: Array) -> Array:
     """Greater than 0 to the left of the line from p to q."""
     return np.asarray((q - p)[..., 0] * (of - p)[..., 1] - (q - p)[..., 1] * (of - p)[..., 0])
-
-
-def _contains(outline: Array, point: Array) -> bool:
-    """By how often a ray from a point to the right crosses a polygon."""
-    a, b = outline, np.roll(outline, -1, axis=0)
-    rows = (a[:, 1] > point[1]) != (b[:, 1] > point[1])
-    x = a[rows, 0] + (point[1] - a[rows, 1]) / (b - a)[rows, 1] * (b - a)[rows, 0]
-    return bool(np.sum(x > point[0]) % 2)

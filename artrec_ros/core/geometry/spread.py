@@ -6,6 +6,8 @@ import numpy as np
 
 from .transforms import Array, rotation_from_quaternion
 
+_GOLDEN_RAD = np.pi * (3 - 5**0.5)
+
 
 def spread(n: int, dimensions: int) -> Array:
     """(n, d) evenly spread points of the unit cube: multiples of the powers of Roberts' generalised golden ratio."""
@@ -26,3 +28,10 @@ def turns_at(even: Array) -> Array:
     near, far = np.sqrt(1 - share), np.sqrt(share)
     quaternions = np.column_stack([near * np.sin(a), near * np.cos(a), far * np.sin(b), far * np.cos(b)])
     return np.stack([rotation_from_quaternion(q) for q in quaternions])
+
+
+def all_around(n: int) -> Array:
+    """(n, 3) directions, evenly spread: those of Fibonacci's lattice on the sphere."""
+    height = 1 - (2 * np.arange(n) + 1) / n
+    radius, around = np.sqrt(1 - height**2), _GOLDEN_RAD * np.arange(n)
+    return np.stack([radius * np.cos(around), radius * np.sin(around), height], axis=1)

@@ -41,17 +41,23 @@ def likelier_turns(
     turn, where that may be the true one."""
     others: list[OtherTurn | None] = [None] * len(poses)
     config = finder.config.verdict
-    which = _mirrored, turned_in_place, _other_sides, turns_taken_back, tilted_rivals, _alone
-    kinds = [of(finder, frame, poses) for of in which]
-    both = Poses.concatenate([poses, *(kind.poses for kind in kinds)])
+    clearly = config.least_turn_odds
+    kinds = {  # from which odds on they are told, whether they are other sides, and whether turned where they stand
+        _mirrored: (clearly, False, False),
+        turned_in_place: (clearly, False, True),
+        _other_sides: (clearly, True, False),
+        turns_taken_back: (0.0, False, True),
+        tilted_rivals: (0.0, False, False),
+        _alone: (clearly, False, False),
+    }
+    found = [rivals(finder, frame, poses) for rivals in kinds]
+    both = Poses.concatenate([poses, *(kind.poses for kind in found)])
     if len(both) == len(poses):
         return poses, others
-    of, log_odds = (np.concatenate([kind[column] for kind in kinds]) for column in (1, 2))
-    counts = [len(kind.of) for kind in kinds]
-    first = config.least_turn_odds
-    least = np.repeat([first, first, first, 0.0, 0.0, first], counts)
-    is_side = np.repeat([False, False, True, False, False, False], counts)
-    in_place = np.repeat([False, False, True, False, True, False, False], [len(poses), *counts])
+    of, log_odds = (np.concatenate([kind[column] for kind in found]) for column in (1, 2))
+    counts = [len(kind.of) for kind in found]
+    least, is_side, turned = (np.repeat(column, counts) for column in zip(*kinds.values(), strict=True))
+    in_place = np.append(np.zeros(len(poses), bool), turned)
     known = goes_on(finder, frame, both) if in_place.any() else in_place
     rows = np.arange(len(poses))
     log_odds = np.where(log_odds > least, log_odds, np.minimum(log_odds, 0.0))  # below, both are as likely

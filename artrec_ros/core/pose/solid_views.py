@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from ..base.config import GuessesConfig
 from ..geometry.polygons import signed_area
+from ..geometry.spread import all_around
 from ..geometry.transforms import Array
 from ..model.surface import MEETING
 from .surface_model import SpatialModel
@@ -24,7 +25,6 @@ from .views import MarkerView, view_of
 _EXTENT_PX = 160  # of what is drawn: a pixel is nothing beside the angle between two directions
 _LEAST_PIECE = 0.15  # of the largest: what lies before it may leave it in several, and none that is smaller tells much
 _LEAST_PX = 4.0  # what is smaller has no outline
-_GOLDEN_RAD = np.pi * (3 - 5**0.5)
 _CIRCLE = np.stack([np.cos(np.pi * np.arange(32) / 16), np.sin(np.pi * np.arange(32) / 16)], axis=1)
 _SQUARE = np.array([[-1, -1], [1, -1], [1, 1], [-1, 1]])
 
@@ -129,7 +129,7 @@ def _solid(surface: SpatialModel, group: list[int], faces: list[_Face], config: 
     meet = np.array([[(k, j) in meets for j in group] for k in group])
     gap_m, least = MEETING * min(p.area for p in patches) ** 0.5, surface.limits.least_cosine
     views, turns = list[MarkerView](), list[Array]()
-    for turn in _all_around(config.solid_directions):
+    for turn in _turns_around(config.solid_directions):
         seen = normals @ turn[2] < -least
         if len(group) == 1 or meet[np.ix_(seen, seen)].any():
             for outline in _silhouettes(faces, turn, centre, gap_m):
@@ -138,13 +138,11 @@ def _solid(surface: SpatialModel, group: list[int], faces: list[_Face], config: 
     return Solid(centre, views, np.array(turns)[None])
 
 
-def _all_around(n: int) -> NDArray[np.float64]:
+def _turns_around(n: int) -> NDArray[np.float64]:
     """(n, 3, 3) turns that show a body from evenly spread directions: of a camera's axes x (right), y (down), z (ahead)
     in the body's frame."""
-    height = 1 - (2 * np.arange(n) + 1) / n
-    radius, around = np.sqrt(1 - height**2), _GOLDEN_RAD * np.arange(n)
-    ahead = np.stack([radius * np.cos(around), radius * np.sin(around), height], axis=1)
-    aside = np.where(np.abs(height)[:, None] < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
+    ahead = all_around(n)
+    aside = np.where(np.abs(ahead[:, 2:]) < 0.9, (0.0, 0.0, 1.0), (1.0, 0.0, 0.0))
     right = np.cross(ahead, aside)
     right /= np.linalg.norm(right, axis=1, keepdims=True)
     return np.stack([right, np.cross(ahead, right), ahead], axis=1)

@@ -13,6 +13,7 @@ from itertools import compress
 import numpy as np
 from numpy.typing import NDArray
 
+from ..geometry.spread import all_around
 from ..geometry.transforms import Array, Pose, rotation_from_rotvec
 from ..model.objects import ObjectModel
 from ..model.same_turns import Looks
@@ -76,10 +77,7 @@ def _stand_out(points: Array, R: Array, t: Array) -> Array:
 
     :param points: (n, 3). :param R, t: (K, 3, 3), (K, 3) moves.
     """
-    n = np.arange(_WAYS) + 0.5
-    z, around = 1 - 2 * n / _WAYS, n * np.pi * (3 - np.sqrt(5))
-    ways = np.column_stack([np.sqrt(1 - z**2) * np.cos(around), np.sqrt(1 - z**2) * np.sin(around), z])
-    middle = points.mean(axis=0)
+    ways, middle = all_around(_WAYS), points.mean(axis=0)
     there = points @ np.swapaxes(R, 1, 2) + t[:, None] - middle
     off = (there @ ways.T).max(axis=1) - ((points - middle) @ ways.T).max(axis=0)
     return np.asarray(np.abs(off).max(axis=1) / np.linalg.norm(points - middle, axis=1).max())

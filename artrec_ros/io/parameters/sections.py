@@ -13,7 +13,7 @@ from ..base.shared_files import SCHEME, resolve_path
 from ..base.yaml_files import Value, check_size, load_value
 
 SECTION = "ros__parameters"
-FILE_NAMES = (".object_file", ".constraint_file")  # how parameters end that name files
+FILES = ("object_file", "constraint_file")  # parameters of an object that name files
 MOST_BYTES = 2**18
 """Of a parameter file: ROS' own reader takes time by the square of it, here some 4 s, and hears no Ctrl-C."""
 
@@ -38,8 +38,13 @@ def read_files(*paths: str | Path) -> Given:
         return Given(flat, resolve_path(config_dir, first), source)
     flat = dict(each[0])
     for given, folder in zip(each[1:], others, strict=True):
-        flat |= {key: _beside(folder, value) if key.endswith(FILE_NAMES) else value for key, value in given.items()}
+        flat |= {key: _beside(folder, value) if names_file(key) else value for key, value in given.items()}
     return Given(flat, first, source)
+
+
+def names_file(parameter: str) -> bool:
+    """Whether a parameter's value, by its flat name, is the name of a file."""
+    return parameter.rpartition(".")[2] in FILES
 
 
 def _beside(folder: Path, name: Any) -> Any:

@@ -18,8 +18,8 @@ from ..base.shared_files import resolve_path
 from ..base.yaml_files import Value
 from ..learned.constraints import load_constraints
 from ..objects.object_reader import load_object
+from .sections import FILES
 
-_FILES = ("object_file", "constraint_file")
 _RELIEF = 0.05  # of markers' extent: seen at a slant of 45 degrees they are off by so much of it
 
 
@@ -30,7 +30,7 @@ def with_absolute_paths(config: ObjectConfig, name: str, values: Mapping[str, Va
     :raises ConfigError: a package:// that is not installed.
     """
     paths: dict[str, Any] = {}
-    for key in _FILES:
+    for key in FILES:
         given = getattr(config, key)
         if given or key == "object_file":
             try:
@@ -42,7 +42,7 @@ def with_absolute_paths(config: ObjectConfig, name: str, values: Mapping[str, Va
 
 def load_target(name: str, config: ObjectConfig, image: ImageConfig, values: Mapping[str, Value]) -> Target:
     """The object of this name. :raises ConfigError: a file that is missing or not valid, or an unknown label."""
-    for key in _FILES:
+    for key in FILES:
         path = getattr(config, key)
         if path and Path(path).exists() and not Path(path).is_file():
             raise values[f"{name}.{key}"].error(f"{path} is a folder, pipe or device; a file is wanted here")

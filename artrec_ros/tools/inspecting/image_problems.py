@@ -62,20 +62,19 @@ def _labels(parameters: Path, setup: Setup, source: Path, sample: Sample) -> Ite
     where = _where(source, sample)
     try:
         seen = _seen(setup, sample)
-        exchanged = _seen(setup, sample, exchanged=True) if sample.channels == _COLOURS else seen
     except ImageError as error:
         yield f"{where}: {error}"
         return
     yield from (f"{where}: {line}" for line in nothing_left(setup, sample))
-    for target in setup.targets:
-        for label, what in _expected(target).items():
-            if label not in seen:
-                shown = ", ".join(map(str, sorted(seen)))
-                way_out = _EXCHANGED if label in exchanged else ""
-                yield (
-                    f"{where}: no pixel has label {label}, {what} of {parameters}, in {len(sample.images)} "
-                    f"images looked at (labels there: {shown}){way_out}"
-                )
+    expected = [(label, what) for target in setup.targets for label, what in _expected(target).items()]
+    missing = [(label, what) for label, what in expected if label not in seen]
+    exchanged = _seen(setup, sample, exchanged=True) if missing and sample.channels == _COLOURS else set[int]()
+    for label, what in missing:
+        shown = ", ".join(map(str, sorted(seen)))
+        yield (
+            f"{where}: no pixel has label {label}, {what} of {parameters}, in {len(sample.images)} "
+            f"images looked at (labels there: {shown}){_EXCHANGED if label in exchanged else ''}"
+        )
 
 
 def _seen(setup: Setup, sample: Sample, exchanged: bool = False) -> set[int]:

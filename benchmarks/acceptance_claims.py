@@ -203,7 +203,7 @@ class Watcher:
         )
         search = SpatialSearch(image, judge, self._config.search)
         shared = share_out(search.run(self._finders, blobs), image, judge)
-        self._note(judge, *shared, frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
+        self._note(judge, *shared[:2], frame.truths, image, lambda verdict, truth: is_at(verdict, truth, frame))
         for verdict in judge.noted:
             if judge.shows_required(verdict):
                 self.claims.append((False, verdict, any(is_at(verdict, truth, frame) for truth in frame.truths)))

@@ -119,7 +119,7 @@ class FacingWatcher(Watcher):
         stage = FacingStage(self._targets, config, codes)
         self._describers = {d.finder.target.name: d for d in stage.describers}
         wanted = {label for d in stage.describers for labels in d.finder.surface.labels for label in labels}
-        return stage.verdicts(image, find_blobs(image.field.labels, wanted, config), scale_limits(config, None))
+        return stage.verdicts(image, find_blobs(image.field.labels, wanted, config), scale_limits(config, None))[:2]
 
 
 class FirstLooks(FacingWatcher):
@@ -131,7 +131,7 @@ class FirstLooks(FacingWatcher):
         blobs = find_blobs(image.field.labels, {label for f in finders for label in f.root_labels}, config)
         limits = scale_limits(config, None)
         found = [(f, FacingSearch(f, config).run(image, blobs, limits)) for f in finders]
-        return share_out(found, image, Judge.of(config))
+        return share_out(found, image, Judge.of(config))[:2]
 
 
 def watch(first: int, worlds: int, scenes: int, dotted: float | None = None) -> tuple[Claims, Parts]:

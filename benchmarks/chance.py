@@ -87,7 +87,7 @@ def _rows(
     image, stage = ImageFrame(field, image=scene.picture).faced(), FacingStage(world.targets, config, field.meaning)
     wanted = {label for d in stage.describers for labels in d.finder.surface.labels for label in labels}
     blobs = find_blobs(image.field.labels, wanted, config)
-    accepted, _ = stage.verdicts(image, blobs, scale_limits(config, None))
+    accepted = stage.verdicts(image, blobs, scale_limits(config, None)).accepted
     wide = scene.frame.labels.shape != scene.frame.colour.shape[:2]
     left, out = list(scene.frame.truths), list[list[float]]()
     for verdict in accepted:

@@ -134,7 +134,9 @@ class Watched:
     def _odds_among(self, finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Array:
         found = evidence(finder, frame, poses[np.zeros(len(poses), int)], poses)
         more = np.stack([found.votes, found.contours])
-        self.seen.append((poses, differing.differing_px(finder.surface, frame, poses), more))
+        outlines = differing.outlines_of(finder.surface, frame, poses)
+        speaks = differing.differing_px(differing.worth_of(finder.surface), frame, [[o] for o in outlines])
+        self.seen.append((poses, speaks, more))
         return self._plain(finder, frame, poses)
 
 

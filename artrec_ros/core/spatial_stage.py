@@ -11,6 +11,7 @@ from .image.blobs import Blob
 from .image.codes import LABELS, Codes
 from .image.image_frame import ImageFrame
 from .left_over_looks import LeftOverLooks
+from .like_target_looks import LikeTargetLooks
 from .memory.recall import Recall
 from .model.frame_result import StageResult
 from .model.target import Target
@@ -34,6 +35,7 @@ class SpatialStage:
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._left_over = LeftOverLooks(self._finders)
         self._three_points = ThreePointLooks(self._finders, self._judge)
+        self._like_targets = LikeTargetLooks(self._finders, self._judge, config.search)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None) -> StageResult:
@@ -55,6 +57,8 @@ class SpatialStage:
         for candidates in (self._three_points.candidates, self._left_over.candidates):
             if more := candidates(frame.hurried(search.search_share), shared.accepted, blobs, recall):
                 shared = looks.beside(list(more.items()))
+        if more := self._like_targets.candidates(frame.hurried(search.search_share), shared.accepted, blobs):
+            shared = looks.beside(list(more.items()))
         offers = Offers(self._describers, self._judge, frame, blobs, surplus_alone=True)
         told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.go_on, strict=True):

@@ -82,7 +82,7 @@ def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels(
     config = settings(time_budget_ms=60000)
     stage = FacingStage([Target("robot", once, TEAM)], config)
     faced, blobs = ImageFrame(LabelField(picture)).faced(), find_blobs(picture, {TEAM}, config)
-    accepted, _ = stage.verdicts(faced, blobs, scale_limits(config, None))
+    accepted = stage.verdicts(faced, blobs, scale_limits(config, None)).accepted
     (describer,), asked = stage.describers, []
 
     class Alone(tuple):

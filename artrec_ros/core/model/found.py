@@ -119,6 +119,17 @@ class OtherPlace:
 
 
 @dataclass(frozen=True)
+class OtherObject:
+    """An object of another target that may be what is seen instead: what it explains is the same.
+
+    :param object: the target's name. :param probability: 0..1, that it is this one; `Detection.as_told` counts it.
+    """
+
+    object: str
+    probability: float
+
+
+@dataclass(frozen=True)
 class ClassFit:
     """The class of configurations that an object shows.
 
@@ -208,9 +219,10 @@ class Detection:
     :param missing: why each of the other components is not told; of what is found as a whole alone.
     :param other_turn: None where there is none; else the covariance and the joints' deviations count it.
     :param other_place: None where there is none; else `score` counts it.
-    :param as_told: how probable its pose is, in space or in the image, if it is there, where blobs that may be
-        components of it are left unexplained, or, found flat, where what is seen may be bent otherwise, or laid so, or
-        its long markers may end elsewhere;
+    :param other_object: None where there is none.
+    :param as_told: how probable it is this object in its pose, in space or in the image, if something is there, where
+        blobs that may be components of it are left unexplained, where another target's object explains as much, or,
+        found flat, where what is seen may be bent otherwise, or laid so, or its long markers may end elsewhere;
         `score` counts it, and of the former joints' deviations do.
     :param beyond_chance: the share of its probability that is left where chance makes such objects of like patches, in
         an image that faces it; `score` counts it.
@@ -238,6 +250,7 @@ class Detection:
     missing: tuple[Missing, ...] = field(default=(), repr=False, compare=False)
     other_turn: OtherTurn | None = field(default=None, repr=False, compare=False)
     other_place: OtherPlace | None = field(default=None, repr=False, compare=False)
+    other_object: OtherObject | None = field(default=None, repr=False, compare=False)
     as_told: float = field(default=1.0, repr=False, compare=False)
     beyond_chance: float = field(default=1.0, repr=False, compare=False)
     beyond_others: float = field(default=1.0, repr=False, compare=False)

@@ -7,6 +7,8 @@ same, be the outline drawn as it is or not.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -41,24 +43,29 @@ def differing_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     """(H, H) log odds of each of H poses, of which one is the true one, against each, by the pixels in which these two
     differ."""
     weight, least_px, *_ = finder.config.verdict.differing_odds
-    speaks = differing_px(finder.surface, frame, poses) + least_px
+    outlines = outlines_of(finder.surface, frame, poses)
+    speaks = differing_px(worth_of(finder.surface), frame, [[outline] for outline in outlines]) + least_px
     return np.asarray(weight * np.log(speaks / speaks.T), np.float64)
 
 
-def differing_px(surface: SpatialModel, frame: ImageFrame, poses: Poses) -> Array:
-    """(H, H) pixels in which two poses differ that speak for the first one."""
-    (width, height), outlines = frame.size, _outlines(surface, frame, poses)
-    low = np.clip(np.floor(outlines.min(axis=(0, 1))).astype(int) - 1, 0, (width, height))
-    high = np.clip(np.ceil(outlines.max(axis=(0, 1))).astype(int) + 2, 0, (width, height))
+def differing_px(worth: NDArray[np.float32], frame: ImageFrame, shapes: Sequence[Sequence[Array]]) -> Array:
+    """(H, H) pixels in which two of H shapes of a class differ that speak for the first one.
+
+    :param worth: (256,) how far codes say that a pixel is of the class, -1 to 1. :param shapes: outlines (n, 2) of
+        each.
+    """
+    (width, height), points = frame.size, np.concatenate([outline for shape in shapes for outline in shape])
+    low = np.clip(np.floor(points.min(axis=0)).astype(int) - 1, 0, (width, height))
+    high = np.clip(np.ceil(points.max(axis=0)).astype(int) + 2, 0, (width, height))
     if (low >= high).any():
-        return np.zeros((len(poses), len(poses)))
+        return np.zeros((len(shapes), len(shapes)))
     rows, columns = (_ZOOM * (high - low)[::-1]).tolist()
-    sides = [_sides(outline - low, (rows, columns)) for outline in outlines]
+    sides = [_sides([outline - low for outline in shape], (rows, columns)) for shape in shapes]
     ever_in, ever_off = (np.logical_or.reduce(masks) for masks in zip(*sides, strict=True))
     at = np.flatnonzero(ever_in & ever_off)
     inside, outside = (np.array([mask.ravel()[at] for mask in m], np.float32) for m in zip(*sides, strict=True))
     codes = _codes(frame)[low[1] : high[1], low[0] : high[0]]
-    said = cv2.resize(_worth(surface)[codes], (columns, rows), interpolation=cv2.INTER_NEAREST).ravel()[at] / _ZOOM**2
+    said = cv2.resize(worth[codes], (columns, rows), interpolation=cv2.INTER_NEAREST).ravel()[at] / _ZOOM**2
     speaks = (inside * np.maximum(said, 0)) @ outside.T + (outside * np.maximum(-said, 0)) @ inside.T
     return np.asarray(speaks, np.float64)
 
@@ -74,7 +81,7 @@ class MarkerPixels:
         """(H,) pixels in the outline that are the marker's, less those that are not: as far as it reaches in the middle
         of each row."""
         (width, height), out, left_of = frame.size, np.zeros(len(poses)), self._left_of(frame)
-        outlines = _outlines(self._surface, frame, poses)
+        outlines = outlines_of(self._surface, frame, poses)
         x0, y0 = outlines.reshape(-1, 2).T
         x1, y1 = np.roll(outlines, -1, axis=1).reshape(-1, 2).T
         first, last = (np.clip(np.ceil(y), 0, height).astype(int) for y in (np.minimum(y0, y1), np.maximum(y0, y1)))
@@ -93,13 +100,13 @@ class MarkerPixels:
         """(height, width + 1) the same of what lies left of each pixel in its row; made once for an image."""
         if self._known is None or self._known[0] is not frame.field:
             left_of = np.zeros((frame.size[1], frame.size[0] + 1), np.float32)
-            np.cumsum(_worth(self._surface)[_codes(frame)], axis=1, out=left_of[:, 1:])
+            np.cumsum(worth_of(self._surface)[_codes(frame)], axis=1, out=left_of[:, 1:])
             self._known = frame.field, left_of
         return self._known[1]
 
 
-def _outlines(surface: SpatialModel, frame: ImageFrame, poses: Poses) -> Array:
-    """(H, n, 2) pixels."""
+def outlines_of(surface: SpatialModel, frame: ImageFrame, poses: Poses) -> Array:
+    """(H, n, 2) pixels: of the one marker at each pose."""
     (row,) = surface.markers.tolist()
     drawn = surface.patches[row].drawn[3:]
     frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
@@ -113,14 +120,16 @@ def _codes(frame: ImageFrame) -> NDArray[np.uint8]:
     return frame.field.padded.reshape(height + 2, width + 2)[1:-1, 1:-1]
 
 
-def _worth(surface: SpatialModel) -> NDArray[np.float32]:
+def worth_of(surface: SpatialModel) -> NDArray[np.float32]:
     """(256,) how far codes say that a pixel is the marker's, -1 to 1."""
     role = surface.table[surface.role[surface.markers[0]]] - surface.table[surface.ring_role[0]]
     return np.asarray(role / np.abs(role).max(), np.float32)
 
 
-def _sides(outline: Array, size: tuple[int, int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
-    """(2,) masks of what lies in an outline and of what lies outside, but for what is near to it."""
-    at = ((outline + 0.5) * _ZOOM - 0.5) * (1 << _BITS)
-    inside = cv2.fillPoly(np.zeros(size, np.uint8), [at.round().astype(np.int32)], 1, shift=_BITS)
+def _sides(outlines: Sequence[Array], size: tuple[int, int]) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """(2,) masks of what lies in some outlines and of what lies outside, but for what is near to them."""
+    inside = np.zeros(size, np.uint8)
+    for outline in outlines:
+        at = ((outline + 0.5) * _ZOOM - 0.5) * (1 << _BITS)
+        cv2.fillPoly(inside, [at.round().astype(np.int32)], 1, shift=_BITS)
     return cv2.erode(inside, _APART) > 0, cv2.dilate(inside, _APART) == 0

@@ -101,11 +101,27 @@ class Layouts:
     def as_told(self, names: Sequence[int | None] = ()) -> Array:
         """(H,) how probable it is that objects lie as the H poses say, and are not turned as a whole: 1 of those of
         which no turn is likelier. :param names: as of `likelier`."""
-        likelihood, h = self._likelihood(names), len(self.poses) - len(self.of)
-        likeliest, total, turns = likelihood[:h].copy(), likelihood[:h].copy(), ~self.by_seen
+        likelihood, h, turns = self._likelihood(names), len(self.poses) - len(self.of), ~self.by_seen
+        likeliest = likelihood[:h].copy()
         np.maximum.at(likeliest, self.of[turns], likelihood[h:][turns])
-        np.logaddexp.at(total, self.of[turns], likelihood[h:][turns])
-        return np.where(likelihood[:h] < likeliest, np.exp(likelihood[:h] - total), 1.0)
+        return np.where(likelihood[:h] < likeliest, self._among(turns, likelihood), 1.0)
+
+    def as_told_unnamed(self, names: Sequence[int | None]) -> Array:
+        """(H,) the same of objects without a name, among those of their turns that show another name than they do: of
+        which name is not known direction is not known, either. :param names: as of `likelier`."""
+        evidence, unnamed = self.read.evidence, np.array([name is None for name in names], bool)
+        if not evidence.shape[1] or not unnamed.any():
+            return np.ones(len(unnamed))
+        best = evidence.argmax(axis=1)
+        renamed = ~self.by_seen & unnamed[self.of] & (best[len(unnamed) :] != best[self.of])
+        return self._among(renamed, self._likelihood(names))
+
+    def _among(self, others: NDArray[np.bool_], likelihood: Array) -> Array:
+        """(H,) how probable the H poses are beside some of the others (n,)."""
+        h = len(self.poses) - len(self.of)
+        total = likelihood[:h].copy()
+        np.logaddexp.at(total, self.of[others], likelihood[h:][others])
+        return np.asarray(np.exp(likelihood[:h] - total))
 
     def shares(self, names: Sequence[int | None] = ()) -> Array:
         """(H + n,) how probable each pose is among those that lay like markers where its own are seen, and these; 0 of

@@ -142,7 +142,7 @@ def contour_evidence(
     use = used if exchanged else np.tile(used.all(axis=0), (2, 1, 1))
     scatter, points = (
         values.reshape(2, h)
-        for values in _scatters(finder, frame, both, use.reshape(2 * h, -1), np.tile(differ, (2, 1)))
+        for values in scatters(finder, frame, both, use.reshape(2 * h, -1), np.tile(differ, (2, 1)))
     )
     ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
     # who rests on fewer markers fits these better without being right: that does not count for it
@@ -157,7 +157,7 @@ def contour_evidence(
     return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)), against[:h] - against[h:])
 
 
-def _scatters(
+def scatters(
     finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_], of: NDArray[np.bool_]
 ) -> tuple[Array, Array]:
     """(H,) logarithm of the mean square of the distances of contours from edges, in pixels, but for what all have in

@@ -106,10 +106,10 @@ class Describer:
         detections = self._beside_others(detections, rest, shown, frame, among, blobs)
         if shown.layouts is None:
             return Described(detections, go_on)
-        shares = shown.layouts.as_told(shown.names).tolist()
-        lies = zip(detections, shares, [verdicts[n] for n in first], strict=True)
-        detections = [as_it_lies(d, share) if v in refused else d for d, share, v in lies]
-        detections = beside_other_places(self.finder, frame, shown.layouts, shown.names, detections)
+        layouts, kept = shown.layouts, [verdicts[n] in refused for n in first]
+        shares = np.where(kept, layouts.as_told(shown.names), layouts.as_told_unnamed(shown.names)).tolist()
+        detections = [as_it_lies(d, share) for d, share in zip(detections, shares, strict=True)]
+        detections = beside_other_places(self.finder, frame, layouts, shown.names, detections)
         return Described(detections, go_on)
 
     def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:

@@ -24,6 +24,7 @@ from .descriptions import Describer
 from .enough import enough_of, without_surplus
 from .judge import Judge
 from .leaning import Leaning
+from .other_objects import beside_rivals, decided
 from .ownership import Shared
 from .verdicts import Verdict
 
@@ -126,7 +127,9 @@ class Offers:
         return best
 
     def _once(self, shared: Shared) -> Told:
-        told, surplus, objects = without_surplus(self.describers, shared.accepted, self.frame, self.judge)
+        accepted, rivals = decided(shared.accepted, shared.rivals, self.judge, self.frame.deadline)
+        shared = shared._replace(accepted=accepted)
+        told, surplus, objects = without_surplus(self.describers, accepted, self.frame, self.judge)
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
         each = [
@@ -135,7 +138,8 @@ class Offers:
         described, go_on = [d.detections for d in each], [d.verdicts for d in each]
         leaning = self._leaning(shared.accepted, described, surplus)
         for describer, mine, seen in zip(self.describers, told, described, strict=True):
-            rated = [leaning.rated(d, v) for d, v in zip(seen, _behind(mine, seen), strict=True)]
+            lie = [(leaning.rated(d, v), v) for d, v in zip(seen, _behind(mine, seen), strict=True)]
+            rated = [beside_rivals(d, rivals.get(v, ())) for d, v in lie]
             sure, unsure, reasons = enough_of(rated, describer.finder, self.judge)
             detections.append(sure)
             others += unsure

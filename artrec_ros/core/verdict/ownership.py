@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from itertools import pairwise
@@ -21,6 +21,7 @@ from .claims import Seen, widened
 from .contenders import Contenders
 from .judge import Judge
 from .looks import Judged, Looks, Owner, Owners
+from .other_objects import rivals_of
 from .verdicts import Verdict, Verdicts
 
 _AT_ONCE = 64  # claims between two looks at the clock
@@ -28,10 +29,15 @@ _AT_ONCE = 64  # claims between two looks at the clock
 
 class Shared(NamedTuple):
     """What becomes of candidates: verdicts on those of all targets that are objects, best first, and on the best of the
-    others at each place."""
+    others at each place.
+
+    :ivar rivals: of each of the former the best candidates of other targets in its place, which would be objects if
+        nobody owned any pixels.
+    """
 
     accepted: list[Verdict]
     others: Sequence[Verdict]
+    rivals: Mapping[Verdict, Sequence[Verdict]] = {}
 
 
 def share_out(
@@ -67,7 +73,7 @@ def share_out(
     if frame.deadline.expired:
         return Shared(told, ())
     left = [*untold, *map(field.verdict, field.standing)]
-    return Shared(told, Deferred(lambda: _best_of_each_place(left, frame.camera)))
+    return Shared(told, Deferred(lambda: _best_of_each_place(left, frame.camera)), field.rivals())
 
 
 class _Field:
@@ -90,7 +96,9 @@ class _Field:
         ]
         self._swells = [False] * len(self._groups)  # by what most of an image's objects show
         self.worth, self._swollen_px = np.full(len(self._boxes), -np.inf), np.zeros(len(self._boxes))
-        self._alone = np.zeros(len(self._boxes))  # how probable each is where nobody owns pixels
+        # how probable each is where nobody owns pixels, what it is worth, and its verdict
+        self._alone, self._worth_alone = np.zeros(len(self._boxes)), np.zeros(len(self._boxes))
+        self._first_look: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
 
     def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
@@ -129,10 +137,12 @@ class _Field:
         (verdicts, worth), seen, own = judged, self._seen[g], rows - self._first[g]
         if not self._owners:
             seen.full_px[own], seen.even[own] = verdicts.claims.seen
-            self._alone[rows] = verdicts.probability
+            self._alone[rows], self._worth_alone[rows] = verdicts.probability, worth
         self.worth[rows], self._swollen_px[rows] = worth, 0.0
         for i, row in enumerate(rows.tolist()):
             self._last[row] = verdicts, i
+            if not self._owners:
+                self._first_look[row] = verdicts, i
         return verdicts
 
     def _look_swollen(self, g: int, looks: Sequence[tuple[NDArray[np.int64], Verdicts]]) -> None:
@@ -190,6 +200,15 @@ class _Field:
             alone, wider_px = float(self._alone[row]), float(self._swollen_px[row])
             self._taking[row] = replace(self.verdict(row), owners=owners, alone=alone, wider_px=wider_px)
         return [(float(self.worth[row]), self._taking[row]) for row in rows.tolist()]
+
+    def rivals(self) -> Mapping[Verdict, Sequence[Verdict]]:
+        """See `Shared.rivals`."""
+        stood = [int(n) for n in np.flatnonzero(self._worth_alone > 0) if n not in self._taking]
+        if len({g.finder for g in self._groups}) < 2 or not stood:
+            return {}
+        looks = ((n, self._first_look[n]) for n in stood)
+        others = {n: look[0][look[1]] for n, look in looks if look is not None}
+        return rivals_of(self._taking, others, self._boxes, self._worth_alone)
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""

@@ -58,6 +58,9 @@ def detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
             "probability": rounded(d.other_place.probability, 4),
             **_place_to_dict(d.other_place.image),
         }
+    if d.other_object is not None:
+        rival = d.other_object
+        told["other_object"] = {"object": rival.object, "probability": rounded(rival.probability, 4)}
     if d.as_told < 1:
         told["as_told"] = rounded(d.as_told, 4)
     if d.missing:
@@ -162,6 +165,7 @@ def detection_of(o: FoundObject, place: str) -> Detection:
         filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,
         other_turn=_other_turn(other, f"{place}.other_turn") if other else None,
         other_place=_other_place(elsewhere) if elsewhere else None,
+        other_object=o.get("other_object"),
         as_told=o.get("as_told", 1.0),
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))

@@ -27,6 +27,7 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherObject,
     OtherPlace,
     OtherTurn,
 )
@@ -65,7 +66,7 @@ _TYPES = {
     kind.__name__: kind
     for kind in (
         ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
-        Memory, Missing, Motion, OtherPlace, OtherTurn, Pose, Recognised, Rejection,
+        Memory, Missing, Motion, OtherObject, OtherPlace, OtherTurn, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, TypedDict
 
-from ...core.model.found import ClassFit, ImagePose, MissingState, PoseSource
+from ...core.model.found import ClassFit, ImagePose, MissingState, OtherObject, PoseSource
 from ...core.model.frame_result import Rejection
 from ..base.typed import Between, Share, Stamp
 
@@ -107,6 +107,7 @@ class _Told(_FoundObject, total=False):
     filtered: FilteredPlace | None
     other_turn: OtherPlace | None
     other_place: OtherImagePlace | None
+    other_object: OtherObject | None
     as_told: Share
     missing: tuple[_MissingWhy, ...]
 

@@ -117,7 +117,7 @@ def test_such_an_object_is_not_told_but_owns_its_pixels_and_the_reason_names_the
     claim = head_on(model, true, "link0")
     claim = Poses(claim.R, 1.05 * claim.t, claim.q)  # as a fit has it: the head is larger
     assert judge.accepts(judge.verdicts(finder, claim, frame))[0]
-    told, others = share_out([(finder, claim)], frame, judge)
+    told, others, _ = share_out([(finder, claim)], frame, judge)
     assert told == []
     (other,) = others
     assert "looks more like link" in judge.reason(other)
@@ -133,7 +133,7 @@ def test_a_head_that_is_smaller_than_what_it_draws_looks_like_itself(length, ben
     true = at(model, bend=bend)
     frame = frame_of(model, true, hidden=["link5"])
     finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
-    told, _ = share_out([(finder, true)], frame, judge)
+    told = share_out([(finder, true)], frame, judge).accepted
     assert len(told) == 1
 
 
@@ -156,5 +156,5 @@ def test_where_all_components_are_in_view_there_is_none_to_spare():
     true = at(model)
     frame = frame_of(model, true)
     finder = WholeObjectFinder(Target("snake", model, RED), DEFAULTS)
-    told, _ = share_out([(finder, true)], frame, judge)
+    told = share_out([(finder, true)], frame, judge).accepted
     assert len(told) == 1 and judge.reason(told[0]) is None

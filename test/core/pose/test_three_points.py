@@ -108,7 +108,7 @@ def test_what_they_find_may_be_a_targets_only_candidate():
     frame = ImageFrame(LabelField(render(CAMERA, [(discs(), pose, RED)])), CAMERA)
     looks = SecondLooks(frame, Judge.of(DEFAULTS), DEFAULTS.search)
     assert not looks.shared([])[0]
-    (told,), _ = looks.beside([(finder, pose)])
+    (told,) = looks.beside([(finder, pose)]).accepted
     assert told.claim.finder is finder
 
 

@@ -50,7 +50,7 @@ def test_each_object_is_claimed_once_however_many_candidates_it_has(seed):
     frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     found = [(finder, candidates(finder, frame, crowd(seed)))]
-    accepted, _ = share_out(found, frame, JUDGE)
+    accepted = share_out(found, frame, JUDGE).accepted
     assert len(accepted) == 2
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1
@@ -69,7 +69,7 @@ def test_a_claim_is_judged_by_pixels_that_no_claim_before_it_owns(near, far, mee
     frame = ImageFrame(LabelField(render(CAMERA, [(TRUCK, near, RED), (TRUCK, far, RED)])), CAMERA)
     finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     poses = Poses.concatenate([near, far])
-    accepted, _ = share_out([(finder, candidates(finder, frame, poses))], frame, JUDGE)
+    accepted = share_out([(finder, candidates(finder, frame, poses))], frame, JUDGE).accepted
     assert len(accepted) == 2
     before = [v.claim.votes for v in accepted]
     assert before == sorted(before, reverse=True)
@@ -101,10 +101,10 @@ def test_targets_compete_for_pixels():
     frame = image_of_two()
     finders = [WholeObjectFinder(Target(name, TRUCK, RED), DEFAULTS) for name in ("one", "other")]
     found = [(f, candidates(f, frame, crowd())) for f in finders]
-    accepted, _ = share_out(found, frame, JUDGE)
+    accepted = share_out(found, frame, JUDGE).accepted
     assert len(accepted) == 2
     blue = WholeObjectFinder(Target("blue", TRUCK, BLUE), DEFAULTS)
-    accepted, _ = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE)
+    accepted = share_out([(blue, candidates(blue, frame, crowd()))], frame, JUDGE).accepted
     assert accepted == []
 
 
@@ -125,9 +125,9 @@ def test_pixels_are_shared_out_anew_without_a_second_look_at_what_nobody_owns():
     found, more = ((finder, candidates(finder, frame, crowd(seed, n))) for seed, n in ((0, 6), (1, 3)))
     share_out([found], frame, judge, looks)
     ASKED.clear()
-    accepted, _ = share_out([found, more], frame, judge, looks)
+    accepted = share_out([found, more], frame, judge, looks).accepted
     assert len(more[1]) in ASKED and len(found[1]) not in ASKED
-    anew, _ = share_out([found, more], frame, JUDGE)
+    anew = share_out([found, more], frame, JUDGE).accepted
     assert [v.claim.votes for v in accepted] == [v.claim.votes for v in anew]
 
 
@@ -144,10 +144,10 @@ def test_what_is_not_accepted_takes_no_pixels_and_is_named_once_a_place():
     frame = image_of_two()
     finder = WholeObjectFinder(Target("truck", TRUCK, RED), DEFAULTS)
     found = [(finder, candidates(finder, frame, crowd()))]
-    accepted, others = share_out(found, frame, StubJudge(given=lambda verdict: 0.0))
+    accepted, others, _ = share_out(found, frame, StubJudge(given=lambda verdict: 0.0))
     assert accepted == [] and len(others) == 2
     left_only = StubJudge(given=lambda verdict: float(verdict.claim.poses.t[0, 0] < 0))
-    accepted, others = share_out(found, frame, left_only)
+    accepted, others, _ = share_out(found, frame, left_only)
     assert len(accepted) == 1 and len(others) == 1
     assert accepted[0].claim.poses.t[0, 0] < 0 < others[0].claim.poses.t[0, 0]
     whole = finder.voter.votes(frame, others[0].claim.poses, occlusion=True)[0]
@@ -159,10 +159,10 @@ def test_nothing_found_gives_nothing():
     finder = WholeObjectFinder(Target("chain", chain(), RED), DEFAULTS)
     none = pose(model=chain())[np.zeros(0, int)]
     for found in ([], [(finder, none)]):
-        accepted, others = share_out(found, frame, JUDGE)
+        accepted, others, _ = share_out(found, frame, JUDGE)
         assert list(accepted) == list(others) == []
     far_off = candidates(finder, frame, pose(5.0, model=chain()))
-    accepted, others = share_out([(finder, far_off)], frame, JUDGE)
+    accepted, others, _ = share_out([(finder, far_off)], frame, JUDGE)
     assert list(accepted) == list(others) == []
 
 
@@ -175,7 +175,7 @@ def test_claims_that_stand_apart_are_not_judged_again(lens, monkeypatch):
     monkeypatch.setattr(finder.voter, "judge", lambda f, poses, **k: judged.append(len(poses)) or judge(f, poses, **k))
     turns = [rotation_from_rotvec(np.array([0.0, turn, 0.0])) for turn in (0.4, 0.5, 0.6)]
     rivals = Poses.concatenate([Poses(turn @ LEFT.R, LEFT.t, LEFT.q) for turn in turns])
-    accepted, _ = share_out([(finder, Poses.concatenate([LEFT, RIGHT, rivals]))], frame, JUDGE)
+    accepted = share_out([(finder, Poses.concatenate([LEFT, RIGHT, rivals]))], frame, JUDGE).accepted
     assert len(accepted) == 2
     assert judged == [5, 3]  # all of them; then the left one's rivals
 
@@ -195,13 +195,13 @@ def test_what_an_object_leaves_of_itself_is_no_other_one(monkeypatch, cleared):
     """A hypothesis that is a little larger has a rim that the object does not own."""
     if not cleared:
         monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
-    accepted, _ = shared_with_a_larger_one(unseen=True)
+    accepted = shared_with_a_larger_one(unseen=True).accepted
     assert len(accepted) == (2 if cleared else 3)
 
 
 def test_one_whose_required_component_is_out_of_sight_is_told_only_where_that_is_asked_for(monkeypatch):
     monkeypatch.setattr(ownership._Field, "_clear", lambda *args: None)
-    accepted, others = shared_with_a_larger_one(unseen=False)
+    accepted, others, _ = shared_with_a_larger_one(unseen=False)
     assert len(accepted) == 2
     assert [v.without_required for v in others] == ["is out of sight"]
 
@@ -229,7 +229,7 @@ def test_claims_keep_their_order_when_some_are_judged_again():
     finders = [WholeObjectFinder(Target(name, TRUCK, RED), DEFAULTS) for name in ("one", "other")]
     far = pose(-0.25, -0.02, 2.2, 0.3, model=TRUCK)  # behind the left one: its votes fall when that owns its pixels
     found = [(finders[0], RIGHT), (finders[1], Poses.concatenate([LEFT, far, RIGHT]))]
-    accepted, _ = share_out(found, frame, JUDGE)
+    accepted = share_out(found, frame, JUDGE).accepted
     assert [v.claim.finder.target.name for v in accepted if v.claim.poses.t[0, 0] > 0] == ["one"]
 
 
@@ -244,7 +244,7 @@ def test_without_time_what_stands_in_an_objects_place_is_dropped_unjudged(monkey
         return judge(self, *args, **options)
 
     monkeypatch.setattr(Voter, "judge", counted)
-    accepted, others = share_out([(finder, poses)], late, JUDGE)
+    accepted, others, _ = share_out([(finder, poses)], late, JUDGE)
     assert len(asked) == 1 and not others
     for truth in (LEFT, RIGHT):
         assert sum(np.linalg.norm(v.claim.poses.t - truth.t) < 0.05 for v in accepted) == 1

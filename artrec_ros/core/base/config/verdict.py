@@ -75,10 +75,10 @@ class VerdictConfig(Room):
     mirrored_votes: float = param(
         0.8,
         "share of the votes of a told pose, or of what a joint carries, from which on the mirrored turn or bend, "
-        "fitted likewise, may be the true one",
+        "fitted likewise, may be the true one, or another target's object in its place",
         low=0,
         high=1,
-        paths=("space",),
+        paths=("space", "facing"),
         origin="of 351 random objects below it 4 were mirrored",
     )
     turn_odds: tuple[float, ...] = param(
@@ -236,6 +236,16 @@ class VerdictConfig(Room):
         length=4,
         paths=("facing",),
         origin="benchmarks/lone_turns.py",
+    )
+    rival_odds: tuple[float, ...] = param(
+        (1.8, 0.9, 4.7, 0.17),
+        "log odds between objects of two targets that explain the same: as differing_odds, by the pixels in which they "
+        "differ where both face the camera or are one marker",
+        low=0.0,
+        high=1000,
+        length=4,
+        paths=("space", "facing"),
+        origin="benchmarks/like_targets.py",
     )
     least_turn_odds: float = param(
         1.0,

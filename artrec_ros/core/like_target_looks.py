@@ -1,0 +1,58 @@
+"""Second looks where an object is found that may be another target's: who is found first takes its pixels, and those
+that look like it are not looked for in them any more."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+from .base.config import SearchConfig
+from .image.blobs import Blob
+from .image.image_frame import ImageFrame
+from .pose.finder import WholeObjectFinder
+from .pose.poses import Poses
+from .spatial_looks import SpatialLooks
+from .verdict.claims import left_by
+from .verdict.judge import Judge
+from .verdict.verdicts import Verdict
+
+
+class LikeTargetLooks:
+    """Those for some targets, in space."""
+
+    def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, config: SearchConfig) -> None:
+        classes = {finder: Counter(map(frozenset, finder.surface.labels)) for finder in finders}
+        # what lacks some of an object's classes explains too little of it
+        self._like = {f: [g for g in finders if g is not f and classes[f] <= classes[g]] for f in finders}
+        self._looks, self._config = SpatialLooks(judge, config), config
+
+    def candidates(
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+    ) -> dict[WholeObjectFinder, Poses]:
+        """Of each target what it would be that is found, in what no other object explains.
+
+        :param blobs: of the frame.
+        """
+        out = dict[WholeObjectFinder, Poses]()
+        for verdict in accepted:
+            for finder in self._like[verdict.finder]:
+                found = None if frame.deadline.expired else self._look(frame, finder, verdict, accepted, blobs)
+                if found is not None and len(found):
+                    out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
+        return out
+
+    def _look(
+        self,
+        frame: ImageFrame,
+        finder: WholeObjectFinder,
+        verdict: Verdict,
+        accepted: Sequence[Verdict],
+        blobs: Sequence[Blob],
+    ) -> Poses | None:
+        taken = left_by(frame, [verdict.claim]).field
+        mine = [b for b in blobs if b.label in finder.root_labels]
+        own = [b for b in mine if taken.owned_share(b.contour) > self._config.explained]
+        if not own:
+            return None
+        rest = left_by(frame, [v.claim for v in accepted if v is not verdict])
+        return self._looks.full(rest, finder, max(own, key=lambda b: b.area_px))

@@ -12,9 +12,11 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from std_msgs.msg import Header
 
 from ..core.blobless import NO_PIXEL
+from ..core.plane_sizes import PlaneSizes
 from ..core.warm_up import compiling
 from .pipeline import FrameReport
 
+_LATEST = 500  # objects that tell how large they look on the scene's plane
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -101,6 +103,7 @@ class Diagnostics:
         self._was_getting_ready = False
         self._active_s = now_s  # since when images are waited for
         self._hardware_id = ""
+        self._on_plane = PlaneSizes(_LATEST)
 
     def image_processed(self, now_s: float, report: FrameReport) -> None:
         with self._lock:
@@ -111,6 +114,7 @@ class Diagnostics:
             c.last_image_s, c.header_problem = now_s, report.header_problem
             c.frame_id = report.frame_id or c.frame_id
             c.reports.append(report)
+            self._on_plane.add(report.on_plane)
 
     def image_failed(self, now_s: float, error: str, frame_id: str = "") -> None:
         with self._lock:
@@ -200,6 +204,8 @@ class Diagnostics:
         return OK, f"{looked_at / period_s:.1f} images/s"
 
     def _calibration(self, state: NodeState) -> DiagnosticStatus:
+        if state.on_plane and (sizes := self._on_plane.line()):
+            return self._status("calibration", WARN, sizes, {})
         if state.calibration and state.on_plane:
             return self._status("calibration", OK, f"{state.calibration}; poses are those on scene.plane", {})
         if state.calibration:

@@ -16,6 +16,7 @@ from ..core.base.patience import Patience
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
 from ..core.memory.memory import Memory
+from ..core.model.found import Detection
 from ..core.model.frame_result import FrameResult, Rejection
 from ..core.recognizer import Recognizer, check_targets
 from ..core.tracking.tracker import Tracker
@@ -38,6 +39,7 @@ class FrameReport:
     :param ended_by: the limits that ended the search early, by the parameters' names.
     :param header_problem: what the image's header lacks; empty: nothing.
     :param frame_id: of the image's header. :param waiting: blobs that wait their turn to be searched again.
+    :param on_plane: what was found on the scene's plane.
     :param blobless: why no blob was left to look at, where that is so; worked out when it is looked at.
     """
 
@@ -49,6 +51,7 @@ class FrameReport:
     frame_id: str = ""
     waiting: int = 0
     blobless: Sequence[Rejection] = ()
+    on_plane: Sequence[Detection] = ()
 
 
 class Pipeline:
@@ -197,7 +200,10 @@ class Pipeline:
         problem, n_objects, header_frame = _header_problem(msg.header), len(result.detections), msg.header.frame_id
         times = latency_ms, recognition_ms
         blobless = result.rejected if result.blobless else ()
-        return FrameReport(n_objects, *times, result.ended_by, problem, header_frame, result.waiting, blobless)
+        on_plane = tuple(d for d in result.detections if d.plane_scale is not None)
+        return FrameReport(
+            n_objects, *times, result.ended_by, problem, header_frame, result.waiting, blobless, on_plane
+        )
 
     def _publish_pictures(self, image: Any, result: FrameResult, camera: Camera | None, header: Header) -> None:
         """Those that somebody subscribes to."""

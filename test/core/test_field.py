@@ -85,6 +85,16 @@ def test_whole_robots_are_placed_to_a_millimetre(slant: float, bend: tuple[float
         np.testing.assert_allclose(d.pose.rotation[2], (0, 0, 1), atol=1e-6)  # upright
 
 
+@pytest.mark.parametrize(("larger", "placed"), [(1.0, True), (1.25, True), (1.25, False)])
+def test_how_large_robots_look_on_the_plane_is_told(larger: float, placed: bool) -> None:
+    camera, truth = fields.camera(), robots(3)
+    exact = fields.plane(camera, 20.0)
+    plane = replace(exact, field_points=tuple(larger * value for value in exact.field_points))
+    result = found(fields.render(camera, 20.0, SIDE, truth), SceneConfig(plane=plane), placed=placed)
+    assert len(result.detections) >= len(truth) - 1
+    assert [d.plane_scale for d in result.detections] == pytest.approx([larger] * len(result.detections), rel=0.05)
+
+
 def test_robots_by_constraints_are_placed_by_their_required_marker() -> None:
     camera, truth = fields.camera(), robots(4)
     scene = SceneConfig(plane=fields.plane(camera, 20.0, frame_id="hall"))

@@ -9,6 +9,7 @@ pytest.importorskip("rclpy", reason="no ROS 2 (rclpy) here")
 from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import Header
 
+from artrec_ros.core.model.found import Detection, ImagePose
 from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.node.diagnostics import Diagnostics, NodeState
 from artrec_ros.node.pipeline import FrameReport
@@ -213,3 +214,11 @@ def test_a_calibration_that_may_be_anothers_is_told_unless_there_is_none(diagnos
     assert status.level == WARN and status.message == "calibrated, in doubt: camera_info is of frame 'b'"
     status = report(diagnostics, 102, doubt="camera_info is of frame 'b'", calibration="not calibrated")["calibration"]
     assert status.message.startswith("not calibrated") and "'b'" not in status.message
+
+
+def test_a_plane_on_which_all_look_larger_is_told(diagnostics: Diagnostics) -> None:
+    one = Detection("robot", 0, 0.9, ImagePose(1.0, 2.0, 0.0, 400.0), (), plane_scale=1.2)
+    diagnostics.image_processed(101, FrameReport(20, 1.0, 1.0, (), "", on_plane=[one] * 20))
+    status = report(diagnostics, 101, on_plane=True)["calibration"]
+    assert status.level == WARN and "20 % larger than scene.plane" in status.message
+    assert report(diagnostics, 102, on_plane=False)["calibration"].level == OK

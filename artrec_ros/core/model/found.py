@@ -205,6 +205,7 @@ class Detection:
 
     :param frame_id: the frame in which `pose` is; empty: the camera's optical frame.
     :param pose_from: how `pose` is known.
+    :param plane_scale: how many times as large it looks as it would on the scene's plane; None: it is on none.
     :param joints: joint's name -> its angle in radians (metres for prismatic joints).
     :param margin: how much lighter the best choice of objects without this one is, as a share of what this one explains
         (1: nothing else explains it, 0: another choice is as good); None where that is not known.
@@ -243,6 +244,7 @@ class Detection:
     identity: IdentityFit | None = None
     frame_id: str = ""
     pose_from: PoseSource = "fit"
+    plane_scale: float | None = field(default=None, compare=False)
     joint_deviations: Mapping[str, float] = field(default_factory=dict, repr=False, compare=False)
     predicted: bool = False
     motion: Motion | None = field(default=None, repr=False, compare=False)

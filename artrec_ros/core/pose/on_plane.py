@@ -127,7 +127,10 @@ class PlanePlacer:
         R = to_field @ flat.rotation
         pose = Pose(R, np.append(place, -float(R[2] @ self._above[detection.object])))
         covariance = self._covariance(flat, turn, place, plane)
-        return replace(detection, pose=pose, pose_covariance=covariance, frame_id=plane.frame_id, pose_from="plane")
+        image = detection.image
+        scale = image.scale / float(plane.scales(np.array([[image.x, image.y]]))[0])
+        told = replace(detection, pose=pose, pose_covariance=covariance, frame_id=plane.frame_id, pose_from="plane")
+        return replace(told, plane_scale=scale)
 
     def _covariance(self, flat: _Flat, turn: Array, place: Array, plane: FieldPlane) -> Array:
         """(6, 6) along the field's axes: what the image errs, through the homography; what the points err; what a slant

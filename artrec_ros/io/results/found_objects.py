@@ -42,6 +42,8 @@ def detection_to_dict(d: Detection, frame_id: str) -> dict[str, Any]:
         told |= {"identity_runner_up": d.identity.runner_up, "identity_unique": d.identity.unique}
     if d.pose is not None and d.pose_from != "fit":
         told["pose_from"] = d.pose_from
+    if d.plane_scale is not None:
+        told["plane_scale"] = rounded(d.plane_scale, 4)
     if d.predicted:
         told["predicted"] = True
     if d.joint_deviations:
@@ -160,6 +162,7 @@ def detection_of(o: FoundObject, place: str) -> Detection:
         identity=_identity(o, place),
         frame_id=pose["frame_id"] if pose else "",
         pose_from=o.get("pose_from", "fit"),
+        plane_scale=o.get("plane_scale"),
         predicted=o.get("predicted", False),
         motion=_motion(filtered) if filtered else None,
         filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,

@@ -103,6 +103,7 @@ class _Told(_FoundObject, total=False):
     identity_runner_up: str | None
     identity_unique: bool
     pose_from: PoseSource
+    plane_scale: float | None
     predicted: bool
     filtered: FilteredPlace | None
     other_turn: OtherPlace | None

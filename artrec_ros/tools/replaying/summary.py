@@ -14,6 +14,7 @@ import scipy
 
 from ... import __version__
 from ...core.drawing import but_for_numbers
+from ...core.plane_sizes import PlaneSizes
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
 _NAMED = 3  # frames of one error
@@ -35,6 +36,7 @@ class Summary:
     interrupted: bool = False
     why_none: Counter[str] = field(default_factory=Counter)  # of frames without objects, but for numbers
     reasons: dict[str, str] = field(default_factory=dict)  # the first one that was so
+    on_plane: PlaneSizes = field(default_factory=PlaneSizes)
 
     def add(self, record: FrameRecord) -> None:
         """Count one more frame."""
@@ -44,6 +46,7 @@ class Summary:
             self.unusable.setdefault(record.error, {})[record.frame] = None
             return
         self.objects.update(d.object for d in record.detections)
+        self.on_plane.add(record.detections)
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
         self.waiting += record.waiting
@@ -99,6 +102,8 @@ class Summary:
             yield f"why not, most often ({where}; all reasons: {DETECTIONS_FILE}): {self.reasons[kind]}"
         if (t := self._times()) is not None:
             yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
+        if (sizes := self.on_plane.line()) is not None:
+            yield sizes
         for limit, count in sorted(self.frames_cut_short.items()):
             yield f"{count} frame(s) were cut short by {limit}"
 

@@ -20,7 +20,9 @@ from typing import Any
 
 from rosbags.interfaces import QosDurability
 from rosbags.rosbag1 import Reader as Ros1Reader
+from rosbags.rosbag1 import ReaderError as Ros1ReaderError
 from rosbags.rosbag2 import Reader as Ros2Reader
+from rosbags.rosbag2 import ReaderError as Ros2ReaderError
 from rosbags.typesys import Stores, get_typestore
 
 from ...core.base.errors import ImageError, SourceError, UnreadableError
@@ -63,6 +65,12 @@ def _one_line(error: BaseException) -> str:
     return " ".join(str(error).split()) or type(error).__name__
 
 
+def _why(error: BaseException) -> str:
+    """Why a file cannot be read: what rosbags found, or stumbled over."""
+    found = isinstance(error, (Ros1ReaderError, Ros2ReaderError))
+    return _one_line(error).rstrip(".") if found else f"damaged: {_one_line(error)}"
+
+
 class _StorageFile:
     """One file of a bag: read through its index, or front to back where the index is missing or damaged.
 
@@ -83,7 +91,7 @@ class _StorageFile:
                 self.start_ns, self.end_ns = reader.start_time, reader.end_time
                 self.problem = index_problem(path, reader)
         except Exception as error:  # rosbags raises whatever damaged bytes lead to: assertions, struct and type errors
-            text = _one_line(error)
+            text = _why(error)
             self.problem = _NO_INDEX if "not indexed" in text else text
         self.indexed = self.problem is None
         if not self.indexed:
@@ -133,7 +141,7 @@ class _StorageFile:
                 for connection, log_ns, data in reader.messages(wanted, start_ns, stop_ns):
                     yield RawMessage(connection.topic, full_type(connection.msgtype), log_ns, bytes(data))
         except Exception as error:  # as in __init__
-            self.problem = _one_line(error)
+            self.problem = _why(error)
 
 
 class Bag:

@@ -129,7 +129,9 @@ def all_specs(objects: Iterable[str], classes: Iterable[str]) -> dict[str, Spec]
 
 def moved(key: str, specs: Iterable[str]) -> str | None:
     """The expert parameter that an unknown one has become, by its own name or with its room's before it."""
-    last = key.rpartition(".")[2]
+    last, specs = key.rpartition(".")[2], list(specs)
+    if any(name.rpartition(".")[2] == last and not name.startswith(EXPERT) for name in specs):
+        return None  # its group is misspelt
     for name in specs:  # the first of one name: profile paper's, which were told apart by `paper_`, come last
         if name.startswith(EXPERT):
             _, room, own = name.split(".")

@@ -86,7 +86,7 @@ def run(args: argparse.Namespace) -> int:
         print(line)
     if args.scene is not None:
         print(draw_scene(items, args.scene))
-    for line in next_steps(items):
+    for line in next_steps(items, args.images):
         print(f"next: {line}")
     for line in dict.fromkeys(warnings(items)):
         print(f"warning: {line}")

@@ -103,6 +103,8 @@ def test_colours_that_a_later_step_learns_are_the_next_step_and_no_problem(tmp_p
     assert (code, problems) == (0, []), printed
     command = f"artrec learn-colours --annotations COCO.json --params-file {parameters} --params-file '{more}' -o"
     assert f"next: {parameters} has no colours yet for red, blue: {command} colours.yaml" in printed
+    _, printed, _ = inspect(capsys, parameters, more, "--images", tmp_path)
+    assert f"'{more}' --images {tmp_path} -o colours.yaml learns them" in printed
     more.write_text(more.read_text().replace("label: 2", "label: 2, hue: [345, 15]"))  # some are told: one is forgotten
     code, printed, problems = inspect(capsys, parameters, more)
     assert code == 1 and any("no colour is given for blue" in line for line in problems) and "next: " not in printed

@@ -124,14 +124,19 @@ class FacingSearch:
         limbs: Sequence[Blob] = (),
         recall: Recall | None = None,
     ) -> Poses:
-        """Candidates of all blobs.
+        """Candidates of all blobs, and those that have not the scale of the scene's plane fitted to it, too.
 
         :param limits: of the scale. :param sizes: of the required component in its blob, see `FacingGuesser.guess`.
         :param limbs: blobs that other components may have made. :param recall: what earlier frames say of this one.
         """
         search = partial(self._searched, frame, limits, sizes, limbs)
         found = search(blobs) if recall is None else self._known.beside(frame, blobs, recall, search)
-        return (found if self._lone is None else self._told_apart(frame, found, self._lone)).poses
+        poses = (found if self._lone is None else self._told_apart(frame, found, self._lone)).poses
+        at_scale = self.finder.at_scale
+        if frame.scene.plane is None or at_scale is None or frame.deadline.expired:
+            return poses
+        fitted, beyond = at_scale.fitted(frame, poses)
+        return Poses.concatenate([poses, fitted[beyond]])
 
     def _searched(
         self, frame: ImageFrame, limits: ScaleLimits, sizes: int, limbs: Sequence[Blob], blobs: Sequence[Blob]

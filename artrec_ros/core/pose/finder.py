@@ -19,6 +19,7 @@ from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .alternatives import Alternatives
+from .at_scale import AtScale
 from .bending import Bending
 from .climber import Climb, Climber
 from .distinct import apart
@@ -123,6 +124,7 @@ class WholeObjectFinder:
         self.climber = Climber(self.voter, self.config, facing=self.facing)
         self.refit = Refit(self.surface, self.voter.value, self.config, facing=self.facing)
         self.rest = Resting(self.voter, self.climber, self.config, facing=self.facing)
+        self.at_scale = AtScale(self.voter, self.config) if self.facing else None
 
     @cached_property
     def through_middles(self) -> ThroughMiddles:

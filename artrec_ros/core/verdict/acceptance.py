@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
+from ..pose.at_scale import OffScale
 from ..pose.finder import WholeObjectFinder
 from ..pose.surface_model import SpatialModel
 from . import acceptance_curves, colour_curves, facing_curves, stray_curves
@@ -60,7 +61,21 @@ def verdicts_of(claims: Claims, sizes: int = 1) -> Verdicts:
     if (one := ONE_OF_ITS_BODY[found.case]).any():
         times[one] *= 1 + by.rigid.sum()
     times = sizes * times * found.times
-    return Verdicts(claims, *found, np.asarray(out / (out + (1 - out) * times)))
+    probability = np.asarray(out / (out + (1 - out) * times))
+    off_scale = _off_scale(claims, probability)
+    odds = np.exp(off_scale.odds)
+    return Verdicts(claims, *found, probability / (probability + (1 - probability) * odds), off_scale)
+
+
+def _off_scale(claims: Claims, probability: Array) -> OffScale:
+    """Whatever others own of their pixels, of those that are probable enough to be told."""
+    told, at_scale = OffScale.of_none(len(claims)), claims.finder.at_scale
+    rows = np.flatnonzero(probability >= claims.finder.config.verdict.least_known)
+    if at_scale is None or not len(rows):
+        return told
+    for column, values in zip(told, at_scale.off_scale(claims.frame.unowned, claims.poses[rows]), strict=True):
+        column[rows] = values
+    return told
 
 
 # of each finder, as long as it lives; in images with colours or of labels alone

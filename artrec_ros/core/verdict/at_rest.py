@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.projection import project
 from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
@@ -105,8 +104,8 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     used = np.concatenate([finder.voter.supported(v.claim.scores) for v in verdicts])
     found = candidates(verdicts)
     poses = finder.rest.at_rest(frame, found, used)
-    if finder.facing:
-        first, none = _to_scale(finder, frame, poses), [None] * len(poses)
+    if finder.at_scale is not None:  # it faces the camera
+        (first, _), none = finder.at_scale.fitted(frame, poses, used), [None] * len(poses)
         likelier, ends, as_found = likelier_ends(finder, hurried, first, used)
         rest = AtRest(verdicts, frames, likelier, used, none, none, ends, np.zeros(poses.q.shape), first)
         return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
@@ -131,18 +130,6 @@ def _in_reach(finder: WholeObjectFinder, frame: ImageFrame, found: Poses, rested
     depth_m = finder.required.anchors(rested)[:, 2]
     left = (depth_m < near_m) | (depth_m > far_m)
     return Poses.concatenate([rested, found])[np.arange(len(found)) + len(found) * left] if left.any() else rested
-
-
-def _to_scale(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Poses:
-    """Poses that face the camera, where what is known of the scene has them no larger and no smaller about their
-    required components: what differs by more would be none."""
-    if not frame.scene:
-        return poses
-    anchors = finder.required.anchors(poses)
-    scale, limits = frame.camera.focal_px / anchors[:, 2], frame.scene.scale_limits(project(frame.camera, anchors))
-    kept = np.clip(scale, *limits.T)
-    farther = np.where(kept > 0, scale / np.where(kept > 0, kept, 1.0) - 1, 0.0)  # beyond the horizon nothing has one
-    return Poses(poses.R, poses.t + anchors * farther[:, None], poses.q) if farther.any() else poses
 
 
 def _judged_anew(

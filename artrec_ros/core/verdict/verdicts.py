@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..geometry.transforms import Array
+from ..pose.at_scale import OffScale
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
 from .claims import Claim, Claims
@@ -33,6 +35,7 @@ class Verdicts:
     :param case: (H,) index into `CASES`.
     :param evidence: (H, columns) `Evidence`. :param times: (H,) how many times as easily chance bears it out because
         its components look alike. :param probability: (H,)
+    :param off_scale: what their sizes say of those that may be objects.
     """
 
     claims: Claims
@@ -45,6 +48,7 @@ class Verdicts:
     evidence: Array
     times: Array
     probability: Array
+    off_scale: OffScale
 
     def __len__(self) -> int:
         return len(self.probability)
@@ -194,7 +198,8 @@ class Verdict:
         fits = f"fits by {self.evidence.edge:.2f} (1: all around; below 0: its class goes on, or ends within)"
         if self.case.startswith("alone"):
             several = len(self.claim.finder.surface.model.components) > 1
-            return f"its outline {fits}{', and no other component should be in view' if several else ''}"
+            text = [f"its outline {fits}{', and no other component should be in view' if several else ''}"]
+            return "; ".join([*text, *self._off_scale])
         root, names = self.claim.finder.root, [c.name for c in self.claim.finder.surface.model.components]
         seen = [names[c] for c in self.others]
         text = [f"confirmed {', '.join(seen)}" if seen else "no other component confirmed"]
@@ -217,7 +222,17 @@ class Verdict:
         if self.among.times[self.row] > _TIMES:
             ways = np.exp(-self.evidence.distinct)
             text.append(f"what is confirmed looks like others of its components: some {ways:.2g} ways to lay it there")
+        text += self._off_scale
         return "; ".join(text)
+
+    @property
+    def _off_scale(self) -> list[str]:
+        """That it looks too large or too small, where that takes half of its odds and more."""
+        odds, scale, limit = (float(column[self.row]) for column in self.among.off_scale)
+        if odds <= math.log(_TIMES):
+            return []
+        bound = "most" if scale > limit else "least"
+        return [f"its edges are those of an object of {scale:.3g} px/m, which may have {limit:.3g} at {bound} there"]
 
     @property
     def without_required(self) -> str:

@@ -25,7 +25,6 @@ from artrec_ros.core.pose.pose_fit import far_ends
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
-from artrec_ros.core.verdict.at_rest import _to_scale
 
 SIZE, SCALE = (420, 300), 400.0
 UPPER, LOWER = (rectangle(0.36, 0.03, (x, 0.0)) for x in (0.2, -0.25))  # 144 x 12 px
@@ -172,7 +171,7 @@ def test_no_rest_leaves_the_scale_that_the_scene_has(times):
     config = PlaneConfig(tuple(corners.ravel()), tuple((corners * (1, -1) / SCALE).ravel()), scale_tolerance=0.1)
     frame = replace(FRAME, scene=Scene(plane=FieldPlane.of(config, None)))
     poses = resized(AT.pose(frame.camera), times)
-    kept = _to_scale(finder, frame, poses)
+    kept, _ = finder.at_scale.fitted(frame, poses, np.zeros((1, 2), bool))  # no contour moves it
     before, after = (finder.required.anchors(p) for p in (poses, kept))
     scale = frame.camera.focal_px / after[0, 2]
     assert scale == pytest.approx(SCALE * np.clip(times, 1 / 1.1, 1.1), rel=1e-3)
@@ -184,7 +183,9 @@ def test_beyond_a_planes_horizon_a_rest_stays():
     seen, lie = (100, 250, 320, 250, 250, 120, 170, 120), (-0.3, 0.0, 0.3, 0.0, 0.3, 2.0, -0.3, 2.0)
     frame = replace(FRAME, scene=Scene(plane=FieldPlane.of(PlaneConfig(seen, lie), None)))
     pose = replace(AT, y=20.0).pose(frame.camera)
-    np.testing.assert_array_equal(_to_scale(finder_of(pendulum()), frame, pose).t, pose.t)
+    kept, beyond = finder_of(pendulum()).at_scale.fitted(frame, pose)
+    assert not len(beyond)
+    np.testing.assert_array_equal(kept.t, pose.t)
 
 
 @pytest.mark.parametrize("x", [110.0, 140.0])

@@ -27,7 +27,8 @@ def sheet(name, size, **once):
 def told_of(labels, classes=(TEAM, TEAM), **once):
     models = sheet("door", DOOR, **once), sheet("step", STEP, **once)
     targets = tuple(Target(m.name, m, label) for m, label in zip(models, classes, strict=True))
-    config = settings(time_budget_ms=60000, min_scale=990.0, max_scale=1010.0, min_probability=LEAST)
+    known = {"min_scale": 990.0, "max_scale": 1010.0, "size_votes": 2.0}  # how large a block looks is no matter
+    config = settings(time_budget_ms=60000, min_probability=LEAST, **known)
     result = Recognizer(targets, config, Segmenter(ImageConfig())).recognize(labels)
     return {d.object: d for d in result.detections}, result.rejected
 

@@ -51,7 +51,8 @@ class AtScale:
     """Those of one object."""
 
     def __init__(self, voter: Voter, config: RecognizerConfig) -> None:
-        self._surface, self._voter, self._config = voter.surface, voter, config
+        self._voter, self._config = voter, config
+        self._plain = voter.surface.swollen(0.0)  # deviations know nothing of markers that look larger than they are
         self._required = RequiredPlace(voter.surface.model, voter.surface)
         self._fit, self._limits = Fit(voter.surface, config.fit, facing=True), scale_limits(config, None)
 
@@ -90,7 +91,7 @@ class AtScale:
         limit = np.clip(scale, *limits.T)
         votes = self._voter.votes(frame, Poses.concatenate([begun, free]), occlusion=True).reshape(2, -1)
         at = np.flatnonzero((scale != limit) & (votes[1] > self._config.verdict.size_votes * votes[0]))
-        sigma = scale_deviations(self._surface, frame, free[at], use[at], self._config)
+        sigma = scale_deviations(self._plain, frame, free[at], use[at], self._config)
         off = np.abs(np.log(scale[at] / limit[at])) / sigma
         told.odds[rows[at]] = [-math.log(max(math.erfc(d / math.sqrt(2)), 1e-300)) for d in off]
         told.scale[rows[at]], told.limit[rows[at]] = scale[at], limit[at]

@@ -24,11 +24,9 @@ def scale_deviations(
     """
     known = deviations_without_image(model, poses, config)
     told = sources(model, frame, poses, use, known, config).covariance(config.covariance)[:, 2, 2]
-    left = np.isinf(
-        weight_at_edges(model, use, config.fit, floor_term(frame.scene.floor, config.fit))
-    )  # by the fit itself
-    off = np.where(left, config.fit.edges_off_px * _by_pixel(model, frame, poses, use, known, config), 0.0)
-    told = np.where(told > 0, told, known[:, 2] ** 2)  # of what tells next to nothing rounding leaves anything
+    told_by_fit = weight_at_edges(model, use, config.fit, floor_term(frame.scene.floor, config.fit))
+    by_pixel = _by_pixel(model, frame, poses, use, known, config)
+    off = np.where(np.isinf(told_by_fit), config.fit.edges_off_px * by_pixel, 0.0)
     return np.asarray(np.sqrt(told + off**2) / poses.t[:, 2], np.float64)
 
 

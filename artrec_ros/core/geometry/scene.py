@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -15,6 +16,7 @@ from .floor import Floor
 from .transforms import Array
 
 _LEAST_AREA_PX = 1.0
+_OFF_SCALE = re.compile(r"(\S+) px/m, but scene\.plane has (\S+) px/m there")
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +97,12 @@ def _off_scale(scale: float, known: float) -> str:
     if not known > 0:
         return "behind the horizon of scene.plane"
     return f"{scale:.3g} px/m, but scene.plane has {known:.3g} px/m there: more than scale_tolerance off"
+
+
+def times_the_scale(reason: str) -> float | None:
+    """How many times the plane's scale an object had that was turned down for it; None: it was not for that."""
+    off = _OFF_SCALE.match(reason)
+    return None if off is None else float(off[1]) / float(off[2])
 
 
 def _area(corners: Sequence[Sequence[float]] | Array) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import platform
 from collections import Counter
 from collections.abc import Iterator
@@ -15,9 +16,13 @@ import scipy
 from ... import __version__
 from ...core.drawing import but_for_numbers
 from ...core.plane_sizes import PlaneSizes
+from ...core.geometry.scene import times_the_scale
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
 _NAMED = 3  # frames of one error
+_FEW = 3  # that are turned down say nothing yet
+_PROBABLE = 0.5  # what was turned down for its scale alone was likelier there than not
+_OFF_SHARE = 0.1  # of objects, so many turned down for it are no chance
 
 
 @dataclass
@@ -37,6 +42,7 @@ class Summary:
     why_none: Counter[str] = field(default_factory=Counter)  # of frames without objects, but for numbers
     reasons: dict[str, str] = field(default_factory=dict)  # the first one that was so
     on_plane: PlaneSizes = field(default_factory=PlaneSizes)
+    off_scale: list[float] = field(default_factory=list)  # how many times the plane's scale what was refused for it had
 
     def add(self, record: FrameRecord) -> None:
         """Count one more frame."""
@@ -50,6 +56,8 @@ class Summary:
         self.frames_without_objects += not record.detections
         self.frames_cut_short.update(record.ended_by)
         self.waiting += record.waiting
+        off = (times_the_scale(r.reason) for r in record.rejected if r.score >= _PROBABLE)
+        self.off_scale += [times for times in off if times is not None]
         if record.rejected and not record.detections:
             likeliest = max(record.rejected, key=lambda r: r.score)
             kind = but_for_numbers(likeliest)
@@ -100,12 +108,27 @@ class Summary:
         for kind, count in self.why_none.most_common(1):
             where = f"in {count} of these" if count > 1 else "in one of these"
             yield f"why not, most often ({where}; all reasons: {DETECTIONS_FILE}): {self.reasons[kind]}"
-        if (t := self._times()) is not None:
-            yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
+        yield from self._of_the_plane()
         if (sizes := self.on_plane.line()) is not None:
             yield sizes
+        if (t := self._times()) is not None:
+            yield f"ms per frame: median {t['median']:.1f}, 95 % within {t['p95']:.1f}, longest {t['max']:.1f}"
         for limit, count in sorted(self.frames_cut_short.items()):
             yield f"{count} frame(s) were cut short by {limit}"
+
+    def _of_the_plane(self) -> Iterator[str]:
+        """That much was turned down for its scale alone, where it is off alike."""
+        n, told = len(self.off_scale), self.objects.total()
+        if n < _FEW or n < _OFF_SHARE * (n + told):
+            return
+        low, middle, high = np.percentile(self.off_scale, [25, 50, 75])
+        most = float(np.percentile(np.exp(np.abs(np.log(self.off_scale))), 90)) - 1
+        yield (
+            f"{n} candidates beside {told} objects were turned down for nothing but their scale: {middle:.2f} times "
+            f"that of scene.plane (half of them {low:.2f} to {high:.2f}). Where these are objects, the plane's points, "
+            "or lengths or outlines of the object file, are off; else they are other things. "
+            f"scene.plane.scale_tolerance {math.ceil(20 * most - 1e-6) / 20:.2f} would keep nine in ten"
+        )
 
     def failures(self) -> Iterator[str]:
         """What went wrong, for stderr: frames and sources that could not be used."""

@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 from arm_replays import bag, folder_of, params_of, run, summary_of
 
+from artrec_ros.core.base.config import PlaneConfig, SceneConfig
 from artrec_ros.core.geometry.camera import Camera
+from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.io.images.cameras import camera_yaml
 from artrec_ros.io.results.results import FrameRecord, read_results
@@ -42,6 +44,21 @@ def test_why_frames_have_no_object_is_told_by_the_reason_that_most_have():
         summary.add(FrameRecord(t, "/c", (8, 6), rejected=rejected))
     told = [line for line in summary.lines() if line.startswith("why not")]
     assert told == ["why not, most often (in 2 of these; all reasons: detections.jsonl): red: its outline fits by 0.2"]
+
+
+def test_how_far_off_the_planes_scale_things_are_is_told_where_many_are_turned_down_for_it():
+    plane = PlaneConfig((0, 0, 100, 0, 100, 100, 0, 100), (0, 0, 1, 0, 1, -1, 0, -1), scale_tolerance=0.1)
+    scene, at = Scene.of(SceneConfig(plane=plane)), np.full((1, 2), 50.0)
+    (reason,), (other,), (within,) = (scene.reasons(at, np.array([scale])) for scale in (140.0, 135.0, 100.0))
+    assert within is None
+    few, many = Summary(), Summary()
+    chance, alike, clutter = Rejection("red", reason, 0.9), Rejection("red", other, 0.8), Rejection("red", reason, 0.1)
+    few.add(FrameRecord(0, "/c", (8, 6), rejected=(chance, alike, clutter, clutter)))
+    assert not [line for line in few.lines() if "scene.plane" in line and "why not" not in line]
+    many.add(FrameRecord(0, "/c", (8, 6), rejected=(chance, alike, chance, chance, clutter)))
+    (told,) = (line for line in many.lines() if "but their scale" in line)
+    assert told.startswith("4 candidates beside 0 objects") and "1.40 times that of scene.plane" in told
+    assert told.endswith("scene.plane.scale_tolerance 0.40 would keep nine in ten")
 
 
 def test_unusable_frames_are_recorded_counted_and_told(tmp_path, params, recogniser, capsys):

@@ -79,8 +79,9 @@ class AtScale:
         """How far beyond the limits poses within them look, where fits lead that know no limit, but for a normal
         deviation: that of these. Fits to which the labels object were led astray, and say nothing."""
         told, (scale, limits) = OffScale.of_none(len(poses)), self._scales(frame, poses)
-        asked = (limits[:, 0] > 0) | np.isfinite(limits[:, 1])
-        asked &= (scale * (1 + _ROUNDING) >= limits[:, 0]) & (scale <= limits[:, 1] * (1 + _ROUNDING))
+        inside = np.stack([scale - limits[:, 0], limits[:, 1] - scale]) / scale
+        # a fit leads no farther than a step or so
+        asked = (inside > -_ROUNDING).all(axis=0) & (inside.min(axis=0) < self._config.fit.most_shift)
         rows = np.flatnonzero(asked & (np.abs(poses.R[:, 2, 2]) > 1 - _ROUNDING))
         if not len(rows):
             return told

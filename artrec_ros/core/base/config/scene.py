@@ -45,8 +45,8 @@ class PlaneConfig:
     scale_tolerance: float = param(
         0.4,
         "no object is told whose scale differs from that of the plane at its place by a larger share, and what looks "
-        "so is the less likely the farther beyond: where edges have no class, a marker of 10 px looks a quarter smaller "
-        "than it is; where markers have 20 px and more, 0.1 says more",
+        "so is the less likely the farther beyond: where edges have no class, a marker of 10 px looks a quarter "
+        "smaller than it is; where markers have 20 px and more, 0.1 says more",
         low=0.01,
         high=10,
         paths=_FLAT,

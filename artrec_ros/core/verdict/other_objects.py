@@ -70,28 +70,24 @@ def decided(
     told, left = list(accepted), dict[Verdict, list[Rival]]()
     for n, verdict in enumerate(accepted):
         least = verdict.finder.config.verdict.mirrored_votes * verdict.votes
-        near = [
-            Rival(v, _odds(verdict, v)) for v in rivals.get(verdict, ()) if v.votes >= least and not deadline.expired
-        ]
-        likelier = max(near, key=lambda rival: rival.log_odds, default=None)
-        if (
-            likelier is not None
-            and likelier.log_odds > 0
-            and (instead := _instead_of(verdict, likelier.verdict, judge))
-        ):
-            told[n] = instead
-            near = [
-                Rival(v, odds - likelier.log_odds) for v, odds in ((verdict, 0.0), *near) if v is not likelier.verdict
-            ]
-        if near:
-            left[told[n]] = near
+        large = [v for v in rivals.get(verdict, ()) if v.votes >= least and not deadline.expired]
+        may_be = [again for v in large if (again := _instead_of(verdict, v, judge)) is not None]
+        if not may_be:
+            continue
+        near = [Rival(verdict, 0.0), *(Rival(v, _odds(verdict, v)) for v in may_be)]
+        first = max(near, key=lambda one: one.log_odds)
+        told[n] = first.verdict
+        left[first.verdict] = [Rival(v, odds - first.log_odds) for v, odds in near if v is not first.verdict]
     return told, left
 
 
 def _instead_of(verdict: Verdict, rival: Verdict, judge: Judge) -> Verdict | None:
-    """A rival by the pixels that an object was judged by; None: so it is none."""
+    """A rival by the pixels that an object was judged by; None: so it is none, or most of it lies on others' pixels:
+    half hidden by them it may be of any size."""
     again = judge.verdicts(rival.finder, rival.poses, verdict.claim.frame.unhurried())[0]
-    return None if judge.reason(again) else replace(again, owners=verdict.owners, alone=rival.probability)
+    if judge.reason(again) or again.votes < verdict.finder.config.verdict.mirrored_votes * rival.votes:
+        return None
+    return replace(again, owners=verdict.owners, alone=rival.probability)
 
 
 def beside_rivals(detection: Detection, rivals: Sequence[Rival]) -> Detection:

@@ -99,6 +99,7 @@ class _Field:
         # how probable each is where nobody owns pixels, what it is worth, and its verdict
         self._alone, self._worth_alone = np.zeros(len(self._boxes)), np.zeros(len(self._boxes))
         self._first_look: list[tuple[Verdicts, int] | None] = [None] * len(self._boxes)
+        self._in_place = np.zeros(len(self._boxes), bool)  # of an object of their own target, or it
 
     def judge_all(self, frame: ImageFrame) -> None:
         """Judge some of each target in turn until all are, or the time is over: some in any case."""
@@ -203,7 +204,7 @@ class _Field:
 
     def rivals(self) -> Mapping[Verdict, Sequence[Verdict]]:
         """See `Shared.rivals`."""
-        stood = [int(n) for n in np.flatnonzero(self._worth_alone > 0) if n not in self._taking]
+        stood = np.flatnonzero((self._worth_alone > 0) & ~self._in_place).tolist()
         if len({g.finder for g in self._groups}) < 2 or not stood:
             return {}
         looks = ((n, self._first_look[n]) for n in stood)
@@ -212,7 +213,7 @@ class _Field:
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""
-        self.worth[rows] = -np.inf
+        self.worth[rows], self._in_place[rows] = -np.inf, True
         for g, mine in self._by_group(rows):
             self._clear(g, mine)
         left = np.flatnonzero(self.worth > -np.inf)
@@ -231,7 +232,7 @@ class _Field:
         left = np.flatnonzero(self.worth[first : self._first[g + 1]] > 0)
         turn = group.finder.config.search.niche_rad
         same = group.finder.required.is_in_place_of(group.poses[left], group.poses[rows - first], turn).any(axis=1)
-        self.worth[first + left[same]] = -np.inf
+        self.worth[first + left[same]], self._in_place[first + left[same]] = -np.inf, True
 
     def _meet(self, rows: NDArray[np.int64], others: NDArray[np.int64]) -> NDArray[np.bool_]:
         """(n, m) whether what one owns can matter to the other."""

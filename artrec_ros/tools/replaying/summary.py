@@ -15,8 +15,8 @@ import scipy
 
 from ... import __version__
 from ...core.drawing import but_for_numbers
-from ...core.plane_sizes import PlaneSizes
 from ...core.geometry.scene import times_the_scale
+from ...core.plane_sizes import PlaneSizes
 from ...io.results.results import DETECTIONS_FILE, FrameRecord
 
 _NAMED = 3  # frames of one error

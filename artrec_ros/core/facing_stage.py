@@ -33,6 +33,7 @@ from .verdict.offers import Found, Offers
 from .verdict.ownership import Shared, share_out
 from .verdict.verdicts import Verdict
 
+_ROUNDS = 3  # what is another reading may leave blobs in its turn
 # blobs of the required component's class, and those of others' in which an object is looked for, too
 _Task = tuple[FacingSearch, Sequence[Blob], Sequence[Blob]]
 
@@ -45,7 +46,10 @@ class FacingStage:
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge = Judge.of(config)
+        # how many components are told is known when all are at rest: until then one may lack some
+        self._search_judge = replace(self._judge, min_components=0)
         self._left_over = LeftOverLooks([s.finder for s in self._searches])
+        self._readings = {d.finder: d.readings for d in self.describers if d.readings is not None}
         self._placer = PlanePlacer(targets, config)
         self._from_above = FromAbove(
             config, {label for s in self._searches for labels in s.finder.surface.labels for label in labels}
@@ -108,6 +112,12 @@ class FacingStage:
         :param faced: the frame to objects that face the camera. :param limits: of the scale.
         :param recall: what earlier frames say of this one.
         """
+        found, shared = self._candidates(faced, blobs, limits, recall)
+        return (found, shared) if faced.deadline.expired else self._best_read(found, shared, faced, blobs)
+
+    def _candidates(
+        self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, recall: Recall | None
+    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], Shared]:
         found = self._found(faced, [(s, blobs, ()) for s in self._searches], limits, recall=recall)
         looks = Looks()
         shared, in_time = self._shared_out(found, faced, looks)
@@ -123,6 +133,29 @@ class FacingStage:
         if not in_time:  # some of these are not judged again
             return found, shared
         return self._looked_at(found + more, together, known, faced, blobs, looks)
+
+    def _best_read(
+        self,
+        found: list[tuple[WholeObjectFinder, Poses]],
+        shared: Shared,
+        faced: ImageFrame,
+        blobs: Sequence[Blob],
+    ) -> tuple[list[tuple[WholeObjectFinder, Poses]], Shared]:
+        """Candidates without worse readings of what objects lie on, and what becomes of those that are left."""
+        for _ in range(_ROUNDS):
+            kept, changed = list[tuple[WholeObjectFinder, Poses]](), False
+            for finder in dict.fromkeys(f for f, _ in found):
+                every = Poses.concatenate([poses for f, poses in found if f is finder])
+                better = self._readings[finder].better(every, shared.accepted, faced, blobs)
+                kept.append((finder, every if better is None else better))
+                changed |= better is not None
+            if not changed:
+                break
+            again, in_time = self._shared_out(kept, faced, Looks())
+            if not in_time:
+                break
+            found, shared = self._looked_at(kept, again, (), faced, blobs, Looks())
+        return found, shared
 
     def _looked_at(
         self,
@@ -191,4 +224,4 @@ class FacingStage:
     def _shared_out(self, found: Found, frame: ImageFrame, looks: Looks) -> tuple[Shared, bool]:
         """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
         hurried = frame.hurried(self._config.facing.judge_share)
-        return share_out(found, hurried, self._judge, looks), not hurried.deadline.hit
+        return share_out(found, hurried, self._search_judge, looks), not hurried.deadline.hit

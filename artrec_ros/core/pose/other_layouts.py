@@ -8,8 +8,9 @@ each is as probable.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -49,18 +50,20 @@ class Layouts:
         poses: Poses,
         shows: Sequence[ImageFrame] = (),
         seen: Sequence[Collection[int]] = (),
+        leaves: Callable[[int, Poses], Array] | None = None,
     ) -> Layouts:
         """Those of H poses; of those for which there is no time none but what seen markers ask for, all as likely.
 
         :param shows: of each pose the frame in which its names are read: what others own tells nothing of its name.
             Not given: all of the frame is its own. :param seen: of each its components that are. Not given: all.
+        :param leaves: log odds of poses of one of them, of which the first is it, by what they leave unexplained.
         """
         looks = list(shows) or [frame] * len(poses)
         found, odds, of, by_seen = [poses], [np.zeros(0)], list[int](), list[bool]()
         for h, look in enumerate(looks):
             pose = poses[h : h + 1]
             for asked in _asked(finder, frame, look, pose, seen[h] if seen else None):
-                others, log_odds = _compared(finder, frame, pose, asked)
+                others, log_odds = _compared(finder, frame, pose, asked, leaves and partial(leaves, h))
                 found.append(others)
                 odds.append(log_odds)
                 of += [h] * len(others)
@@ -188,7 +191,13 @@ def _asked(
         yield _Asked(on_likes[np.flatnonzero(same)], none[same], own, False, fitted=True)
 
 
-def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: _Asked) -> tuple[Poses, Array]:
+def _compared(
+    finder: WholeObjectFinder,
+    frame: ImageFrame,
+    pose: Poses,
+    asked: _Asked,
+    leaves: Callable[[Poses], Array] | None = None,
+) -> tuple[Poses, Array]:
     """Other placements of an object, at rest, and log odds that it lies so: even ones where there is no time, and, by
     the markers seen, where it is likelier but not clearly so, as of mirrored turns."""
     others, look, config = asked.others, asked.look, finder.config.verdict
@@ -203,7 +212,7 @@ def _compared(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, asked: 
         odds = odds_by_seen(finder, look, told, others)
         scores = finder.voter.judge(look, both, occlusion=True)
         unseen = log_unseen(finder, in_view(finder, look, both, scores).lacking)
-        odds = odds + unseen[1:] - unseen[0]
+        odds = odds + unseen[1:] - unseen[0] + (leaves(both)[1:] if leaves is not None else 0.0)
         if asked.fitted:
             kept = finder.on_likes.distinct(frame.camera, both[:1], others, odds)
             others, odds = others[kept], odds[kept]

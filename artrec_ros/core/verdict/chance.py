@@ -28,7 +28,7 @@ from ..pose.poses import Poses
 from .verdicts import Verdict
 
 
-class _Blobs(NamedTuple):
+class Blobs(NamedTuple):
     """B blobs.
 
     :param label, area_px: (B,). :param low, high: (B, 2) corners of their bounding boxes, pixels.
@@ -40,7 +40,7 @@ class _Blobs(NamedTuple):
     high: NDArray[np.int64]
 
     @classmethod
-    def of(cls, blobs: Sequence[Blob]) -> _Blobs:
+    def of(cls, blobs: Sequence[Blob]) -> Blobs:
         low, high = np.stack([b.box for b in blobs], axis=1)
         return cls(np.array([b.label for b in blobs]), np.array([b.area_px for b in blobs]), low, high)
 
@@ -69,14 +69,14 @@ class Chances:
         what it is."""
         if not len(blobs) or not len(verdicts) or len(self._finder.surface.labels) == 1:
             return np.zeros(len(verdicts))
-        seen = _Blobs.of(blobs)
+        seen = Blobs.of(blobs)
         explained, sure = _explained(among, frame, seen), np.array([_surety(v) for v in among])
         clutter = np.prod(1 - explained * sure[:, None], axis=0)
         own = {id(v): row for v, row in zip(among, explained, strict=True)}
         free = clutter * ~np.array([own[id(v)] for v in verdicts])
         return self._left_to(verdicts, free, seen, float(np.prod(frame.size)))
 
-    def _left_to(self, verdicts: Sequence[Verdict], free: Array, seen: _Blobs, frame_px: float) -> Array:
+    def _left_to(self, verdicts: Sequence[Verdict], free: Array, seen: Blobs, frame_px: float) -> Array:
         """`expected` of H objects. :param free: (H, B) how far each blob is left to chance."""
         confirmed, root = np.array([v.confirmed for v in verdicts]), self._finder.root
         scale = np.array([v.among.claims.scale[v.row] for v in verdicts])
@@ -88,10 +88,10 @@ class Chances:
         rows, first = np.arange(len(count)), np.where(confirmed[:, root], root, confirmed.argmax(axis=1))
         covered = np.where(confirmed, np.pi * area_px * count / frame_px, 1.0)
         covered[rows, first] = 1.0  # what chance takes for it is where the others are sought
-        ways = [self._ways(tuple(np.flatnonzero(own).tolist())) for own in confirmed]
+        ways = [self.ways(tuple(np.flatnonzero(own).tolist())) for own in confirmed]
         return np.asarray(count[rows, first] * ways * covered.prod(axis=1))
 
-    def _ways(self, confirmed: tuple[int, ...]) -> float:
+    def ways(self, confirmed: tuple[int, ...]) -> float:
         """In how many ways an object with one of these components in its place can be turned and bent, as far as others
         of them are a marker's size from where they were; in none without one."""
         if not confirmed:
@@ -102,7 +102,7 @@ class Chances:
 
 
 def _ways(finder: WholeObjectFinder, confirmed: NDArray[np.int64]) -> float:
-    """See `Chances._ways`."""
+    """See `Chances.ways`."""
     surface, kin = finder.surface, finder.surface.kinematics
     first = finder.root if finder.root in confirmed else int(confirmed[0])
     others = confirmed[confirmed != first]
@@ -122,18 +122,22 @@ def _ways(finder: WholeObjectFinder, confirmed: NDArray[np.int64]) -> float:
     return ways
 
 
-def _bears(finder: WholeObjectFinder, seen: _Blobs) -> NDArray[np.bool_]:
+def _bears(finder: WholeObjectFinder, seen: Blobs) -> NDArray[np.bool_]:
     """(C, B) which blobs are of a class of which each component may be."""
     return finder.surface.may_show.take(seen.label, axis=1)
 
 
+def explains(verdict: Verdict) -> bool:
+    """Whether an object explains what it lies on: one of several components may be anything like it."""
+    return sum(verdict.confirmed) > 1 or len(verdict.confirmed) == 1
+
+
 def _surety(verdict: Verdict) -> float:
     """How sure it is that what an object explains is no clutter."""
-    together = sum(verdict.confirmed) > 1 or len(verdict.confirmed) == 1
-    return verdict.probability if together else 0.0
+    return verdict.probability if explains(verdict) else 0.0
 
 
-def _explained(among: Sequence[Verdict], frame: ImageFrame, seen: _Blobs) -> NDArray[np.bool_]:
+def _explained(among: Sequence[Verdict], frame: ImageFrame, seen: Blobs) -> NDArray[np.bool_]:
     """(A, B) which blobs lie where objects have components of their classes."""
     out = np.zeros((len(among), len(seen.label)), bool)
     for finder in dict.fromkeys(v.claim.finder for v in among):
@@ -143,7 +147,7 @@ def _explained(among: Sequence[Verdict], frame: ImageFrame, seen: _Blobs) -> NDA
 
 
 def _explained_by(
-    finder: WholeObjectFinder, verdicts: Sequence[Verdict], frame: ImageFrame, seen: _Blobs
+    finder: WholeObjectFinder, verdicts: Sequence[Verdict], frame: ImageFrame, seen: Blobs
 ) -> NDArray[np.bool_]:
     """(H, B) the same by one target's, be the component confirmed or not: what shows one badly is no other one's."""
     surface, poses = finder.surface, Poses.concatenate([v.claim.poses for v in verdicts])

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_places import beside_laid_otherwise, beside_other_places
 from .otherwise import as_it_lies, bent_otherwise, otherwise
+from .readings import Readings
 from .shown import Shown, ShownObjects, judged_at
 from .verdicts import Verdict
 
@@ -44,10 +46,13 @@ class Describer:
     def __init__(self, finder: WholeObjectFinder) -> None:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
+        if finder.facing:  # how many of its components are told is asked of what is described
+            self._judge = replace(self._judge, min_components=0)
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
         self._along_joints, self._siblings = AlongJoints(finder), Siblings(finder)
         self._shown = ShownObjects(finder, self._identifier)
         self._chances = Chances(finder) if finder.facing else None
+        self.readings = Readings(finder, self._judge) if finder.facing else None
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
@@ -92,7 +97,7 @@ class Describer:
         judged = dict[Verdict, Parts]()
         verdicts = _probable_first(verdicts)
         rest = at_rest(self.finder, verdicts, among, frame)
-        shown = self._shown.of(rest, frame, judged)
+        shown = self._shown.of(rest, frame, judged, self._leaves(rest, among, frame, blobs))
         turned, refused = self._turned(rest, shown)
         if turned:
             verdicts, among = _probable_first([turned.get(v, v) for v in verdicts]), [turned.get(v, v) for v in among]
@@ -101,7 +106,7 @@ class Describer:
         among, go_on = [anew.get(v, v) for v in among], [self._goes_on(v, again) for v, again in anew.items()]
         if turned or len(first) < len(verdicts):
             rest = rest.of(first)
-            shown = self._shown.of(rest, frame, judged)
+            shown = self._shown.of(rest, frame, judged, self._leaves(rest, among, frame, blobs))
         detections = self._as_seen(rest, shown, frame, among, blobs)
         detections = self._beside_others(detections, rest, shown, frame, among, blobs)
         if shown.layouts is None:
@@ -111,6 +116,16 @@ class Describer:
         detections = [as_it_lies(d, share) for d, share in zip(detections, shares, strict=True)]
         detections = beside_other_places(self.finder, frame, layouts, shown.names, detections)
         return Described(detections, go_on)
+
+    def _leaves(
+        self, rest: AtRest, among: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob]
+    ) -> Callable[[int, Poses], Array] | None:
+        """Log odds of other poses of each object by what they leave to clutter."""
+        readings = self.readings
+        left = None if readings is None else readings.free(among or rest.verdicts, frame, blobs)
+        if readings is None or left is None:
+            return None
+        return lambda h, poses: readings.log_odds(rest.verdicts[h], poses, left)
 
     def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:
         """From which of an object's poses the next frame goes on. Mirrored turns are followed beside what was found."""

@@ -224,10 +224,24 @@ class LeftOvers:
         return np.asarray(((share <= ratio) & (share >= 1 / ratio)).any(axis=1))
 
     def _within_px(self, component: int, shown: NDArray[np.int64], scale: Array) -> Array:
-        """(B, n) how far from each of some markers a component's can be, at scales (B, n), and by its size farther:
-        lengths may be off by as much."""
+        """(B, n) how far from each of some markers a component's can be, at scales (B, n), and by its size and a
+        share of that farther: lengths may be off by as much."""
         beside = 2 * np.sqrt(self._area[self._of == component].max() / np.pi)
-        return np.asarray((self._reach[component, self._of[shown]] + beside) * scale, np.float64)
+        farther = 1 + self._config.verdict.lengths_off
+        return np.asarray((farther * self._reach[component, self._of[shown]] + beside) * scale, np.float64)
+
+    def farthest_px(self, scale: float) -> float:
+        """How far apart two components can be, where lengths are off."""
+        return float(self._reach.max() * (1 + self._config.verdict.lengths_off) * scale)
+
+    def off_px(self, seen: Sequence[int], scale: float) -> Array:
+        """(C,) how far each component may lie from where a pose has it by what is seen, where lengths are off."""
+        marker = np.searchsorted(self._of, np.arange(len(self._reach)))
+        beside = 2 * np.sqrt(self._area[marker] / np.pi)
+        others = np.where(np.eye(len(beside), dtype=bool), np.inf, self._reach)[:, seen]
+        nearest = others.min(axis=1, initial=np.inf)
+        off = np.where(np.isfinite(nearest), self._config.verdict.lengths_off * nearest, 0.0)
+        return np.asarray((beside + off) * scale, np.float64)
 
     def _spare(self, seen: frozenset[int]) -> float:
         """By how many numbers the places of what is seen tell more than a pose and the joints between them have; where

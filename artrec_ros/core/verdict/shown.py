@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import IdentityFit
 from ..model.kinematics import Frames
@@ -49,15 +50,21 @@ class ShownObjects:
     def __init__(self, finder: WholeObjectFinder, identifier: Identifier) -> None:
         self._finder, self._identifier = finder, identifier
 
-    def of(self, rest: AtRest, frame: ImageFrame, judged: dict[Verdict, Parts]) -> Shown:
-        """:param judged: as of `_as_judged`."""
+    def of(
+        self,
+        rest: AtRest,
+        frame: ImageFrame,
+        judged: dict[Verdict, Parts],
+        leaves: Callable[[int, Poses], Array] | None = None,
+    ) -> Shown:
+        """:param judged: as of `_as_judged`. :param leaves: as of `Layouts.around`."""
         finder, verdicts, poses = self._finder, rest.verdicts, rest.poses
         parts = self.parts(rest, frame, judged)
         # what hides part of what faces the camera is not known to be nearer
         shows = [v.claim.frame for v in verdicts] if finder.facing else rest.frames
         seen = self.seen(rest, parts)
         compared = self._identifier.identities or finder.exchanges or self._may_be_others(seen)
-        layouts = Layouts.around(finder, frame, poses, shows, seen) if compared else None
+        layouts = Layouts.around(finder, frame, poses, shows, seen, leaves) if compared else None
         read, probable = self._identifier.identify(frame, poses, seen, layouts), [v.probability for v in verdicts]
         identities = doubted(read, probable, finder.config.verdict.misread)
         frames, names = finder.surface.kinematics.seen(poses.R, poses.t, poses.q), self._identifier.numbers(identities)

@@ -114,17 +114,17 @@ def test_what_turns_farther_out_has_more_ways():
     """A marker's size, .12 m, on either side: the circumference, in steps of two of these."""
     turned = chances(card())
     near, far = np.hypot(*AT["right"]), np.hypot(*AT["left"])
-    assert turned._ways((0,)) == 1
-    assert turned._ways((0, 2)) == pytest.approx(1 + 2 * np.pi * near / 0.24)
-    assert turned._ways((0, 1, 2)) == pytest.approx(1 + 2 * np.pi * far / 0.24)
+    assert turned.ways((0,)) == 1
+    assert turned.ways((0, 2)) == pytest.approx(1 + 2 * np.pi * near / 0.24)
+    assert turned.ways((0, 1, 2)) == pytest.approx(1 + 2 * np.pi * far / 0.24)
 
 
 def test_what_a_joint_moves_has_as_many_more_as_its_way_is_long():
     swung = chances(card(joint=hinge("body", (0.0, 0.0, 0.0), (0, 0, 1), limits=(-0.5, 1.0))))
     arm = np.hypot(*AT["right"])
-    assert swung._ways((0, 1, 2)) == pytest.approx(chances(card())._ways((0, 1)) * (1 + 1.5 * arm / 0.24))
+    assert swung.ways((0, 1, 2)) == pytest.approx(chances(card()).ways((0, 1)) * (1 + 1.5 * arm / 0.24))
     slid = chances(card(joint=hinge("body", (0.0, 0.0, 0.0), (1, 0, 0), "prismatic", (0.0, 0.48))))
-    assert slid._ways((0, 1, 2)) == pytest.approx(3 * chances(card())._ways((0, 1)))
+    assert slid.ways((0, 1, 2)) == pytest.approx(3 * chances(card()).ways((0, 1)))
 
 
 def test_an_object_of_one_component_is_told_by_its_looks():

@@ -305,6 +305,15 @@ class VerdictConfig(Room):
         paths=("space", "facing"),
         origin="blur and shade make a patch a half larger or smaller, what slants it or hides half of it smaller",
     )
+    lengths_off: float = param(
+        0.15,
+        "by what share of its distance from the nearest part that is seen such a blob may lie farther off than the "
+        "object file allows: lengths may be off, or foreshortened",
+        low=0,
+        high=1,
+        paths=("space", "facing"),
+        origin="what lengths are off at most in benchmarks/random_limbs.py",
+    )
     chance_share: float = param(
         0.4,
         "of the objects that chance makes of blobs of their classes and sizes that nothing explains, by their number, "

@@ -93,6 +93,7 @@ class AtScale:
         votes = self._voter.votes(frame, Poses.concatenate([begun, free]), occlusion=True).reshape(2, -1)
         at = np.flatnonzero((scale != limit) & (votes[1] > self._config.verdict.size_votes * votes[0]))
         sigma = scale_deviations(self._plain, frame, free[at], use[at], self._config)
+        sigma = np.hypot(sigma, self._config.constraints.model_noise)  # however well edges tell, lengths are off
         off = np.abs(np.log(scale[at] / limit[at])) / sigma
         told.odds[rows[at]] = [-math.log(max(math.erfc(d / math.sqrt(2)), 1e-300)) for d in off]
         told.scale[rows[at]], told.limit[rows[at]] = scale[at], limit[at]

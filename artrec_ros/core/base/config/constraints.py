@@ -22,10 +22,11 @@ class ConstraintsConfig(Room):
     )
     model_noise: float = param(
         0.02,
-        "the same for what a flat rigid model leaves out, as a share of the shape's radius",
+        "the same for what a flat rigid model leaves out, as a share of the shape's radius; of what is found whole "
+        "the scale is known no better",
         low=0,
         high=0.5,
-        paths=("plane", "space"),
+        paths=("plane", "space", "facing"),
         origin="slant of ten degrees shortens by 1.5 %; a wide lens wants 0.04 (pendulum)",
     )
     class_noise: float = param(

@@ -13,8 +13,8 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.marker import Marker
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
-from artrec_ros.core.pose.along_joints import AlongJoints
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.joint_steps import JointSteps
 from artrec_ros.core.recognizer import Recognizer
 
 TEAM, MEN, PITCH, REACH = 3, 4, 0.035, 0.045
@@ -96,7 +96,7 @@ def test_a_whole_step_of_a_wheel_is_none():
         finder = WholeObjectFinder(
             Target("wheel", ObjectModel("wheel", (block, *spokes)), TEAM), settings(), facing=True
         )
-        return {round(float(by), 3) for one in AlongJoints(finder)._steps.values() for by in one.by}
+        return {round(float(by), 3) for one in JointSteps(finder.surface).of.values() for by in one.by}
 
     assert steps("abc") == set()
     assert sorted(steps("ab")) == pytest.approx([-turn, turn], abs=0.03)

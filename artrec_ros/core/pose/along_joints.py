@@ -1,27 +1,29 @@
-"""How sure like markers that one joint carries are of their places: moved along it they lie on each other's.
+"""Where like markers that one joint carries are: moved along it they lie on each other's.
 
 Of three like men on a rod one is hidden: moved on by one place the rod shows the other two as well, if its limits let
-it, and nothing in the image tells where on it the hidden one is. A search keeps the bend that it found first. So the
-others that lay like markers where those lie that are seen are compared with it, as mirrored turns are.
+it, and nothing in the image tells where on it the hidden one is. Of four like blades one is marked: a quarter turn on
+all blades are where they are seen, and the mark alone tells. A search keeps the bend that it found first. So where
+something that the joint carries is not seen, the others that lay like markers where those lie that are seen are
+compared with it, by what differs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from ..geometry.transforms import Array, rotation_from_rotvec, short_way
+from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .exchanges import OFF, may_be_taken_for
+from .exchanges import OFF
 from .finder import WholeObjectFinder
+from .joint_steps import Steps
+from .laid_otherwise import LaidOtherwise, told_likelier
 from .poses import Poses
-from .surface_model import SpatialModel
-from .turn_evidence import turn_odds
-
-_FACES = 0.5  # cosine between the ways that like markers face: of one on a limb's other side nothing is seen here
+from .turn_evidence import evidence
+from .unseen import bare, in_view, log_unseen
 
 
 class Bent(NamedTuple):
@@ -35,106 +37,83 @@ class Bent(NamedTuple):
     variance: Mapping[str, float]
 
 
-class _Steps(NamedTuple):
-    """By how much a joint is moved on for like markers to lie on each other.
+def likelier_along(
+    finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_]
+) -> tuple[Poses, Sequence[LaidOtherwise | None], Sequence[LaidOtherwise | None]]:
+    """As `likelier_laid`, of poses at rest whose joints may be moved on by `JointSteps`.
 
-    :ivar markers: (m,) those that it alone carries, among all markers. :ivar by: (K,) radians or metres.
-    :ivar on: (K, m, m) bool: which of them then lies where which other one does.
+    :param used: (H, M) markers that the labels support.
     """
+    found: list[LaidOtherwise | None] = [None] * len(poses)
+    if finder.joint_steps.of:
+        found = [_others(finder, frame, poses[h : h + 1], used[h]) for h in range(len(poses))]
+    return told_likelier(poses, found)
 
-    markers: NDArray[np.int64]
-    by: Array
-    on: NDArray[np.bool_]
 
-
-class AlongJoints:
-    """Other bends of one target's objects."""
-
-    def __init__(self, finder: WholeObjectFinder) -> None:
-        self._finder, self._kin = finder, finder.surface.kinematics
-        self._component = finder.surface.component[finder.surface.markers]
-        self._steps = {j: steps for j in range(self._kin.n_joints) if len((steps := _steps(finder.surface, j)).by)}
-
-    def of(self, frames: Sequence[ImageFrame], poses: Poses, seen: Sequence[Collection[int]]) -> list[Bent]:
-        """Of H poses at rest. :param frames: in which each is looked at. :param seen: of each the components that
-        are."""
-        return [self._of_one(frame, poses[h : h + 1], seen[h]) for h, frame in enumerate(frames)]
-
-    def _of_one(self, frame: ImageFrame, pose: Poses, seen: Collection[int]) -> Bent:
-        stays, variance, model = dict[str, float](), dict[str, float](), self._finder.surface.model
-        if not self._steps or frame.deadline.expired:
-            return Bent(stays, variance)
-        frame, shown = frame.unhurried(), np.isin(self._component, list(seen))
-        for j in self._steps:
-            others = self._others(frame, pose, j, shown)
-            if not len(others):
-                continue
-            log_odds = turn_odds(self._finder, frame, pose[np.zeros(len(others), int)], others)
-            doubt = np.exp(np.minimum(log_odds, 0.0))
-            doubt /= 1 + doubt.sum()
-            for c in np.flatnonzero(self._kin.moves[:, j]).tolist():
-                name = model.components[c].name
-                stays[name] = stays.get(name, 1.0) * (1 - float(doubt.sum()))
-            variance[model.joint_names[j]] = float(doubt @ self._off(others, pose, j) ** 2)
+def doubts_along(finder: WholeObjectFinder, pose: Poses, along: LaidOtherwise | None) -> Bent:
+    """What the others cost one that is told."""
+    stays, variance, model = dict[str, float](), dict[str, float](), finder.surface.model
+    if along is None:
         return Bent(stays, variance)
-
-    def _others(self, frame: ImageFrame, pose: Poses, j: int, seen: NDArray[np.bool_]) -> Poses:
-        """(n,) poses at rest with one joint elsewhere, where its markers are borne out as they are as it is told.
-
-        :param seen: (M,) markers.
-        """
-        (markers, by, on), kin, finder = self._steps[j], self._kin, self._finder
-        mine = seen[markers]
-        if mine.all() or not mine.any():
-            return pose[:0]
-        by = by[np.asarray(on.any(axis=1))[:, mine].all(axis=1)]  # those that lay like markers where all of these are
-        q = np.repeat(pose.q, len(by), axis=0)
-        q[:, j] += by
-        inside = kin.bound(q)
-        short = np.abs(short_way(inside[:, j] - q[:, j], kin.endless[[j]]))
-        rows = np.flatnonzero(short < OFF * np.abs(by))
-        others = Poses(np.repeat(pose.R, len(by), axis=0), np.repeat(pose.t, len(by), axis=0), inside)[rows]
-        if not len(others):
-            return others
-        others = finder.rest.at_rest(frame, others, finder.voter.supports(frame, others))
-        least = finder.config.verdict.mirrored_votes * finder.voter.votes(frame, pose, occlusion=True)[0]
-        apart = np.abs(self._off(others, pose, j)) > OFF * np.abs(by[rows])
-        return others[np.flatnonzero(apart & (finder.voter.votes(frame, others, occlusion=True) > least))]
-
-    def _off(self, others: Poses, pose: Poses, j: int) -> Array:
-        return np.asarray(short_way(others.q[:, j] - pose.q[0, j], self._kin.endless[[j]]), np.float64)
+    shares = along.shares()[1:]
+    off = np.array([finder.joint_steps.off(along.poses, pose, j) for j in finder.joint_steps.of])
+    mine = np.abs(off / finder.surface.kinematics.unit[list(finder.joint_steps.of), None]).argmax(axis=0)
+    for n, j in enumerate(finder.joint_steps.of):
+        doubt = shares[mine == n]
+        for c in np.flatnonzero(finder.joint_steps.elsewhere(j)).tolist():
+            name = model.components[c].name
+            stays[name] = stays.get(name, 1.0) * (1 - float(doubt.sum()))
+        variance[model.joint_names[j]] = float(doubt @ off[n, mine == n] ** 2)
+    return Bent(stays, variance)
 
 
-def _steps(surface: SpatialModel, j: int) -> _Steps:
-    """Those of a joint by which some of the markers that it alone carries lie on like ones, but not all of them do:
-    after a whole step of a wheel nothing differs."""
-    kin, component = surface.kinematics, surface.component[surface.markers]
-    markers = np.flatnonzero((kin.moves[component] == kin.moves[kin.carried[j]]).all(axis=1))
-    patches, frames = surface.markers[markers], kin.in_object(kin.middle[None])
-    like = may_be_taken_for(surface, patches) & ~np.eye(len(patches), dtype=bool)
-    at = surface.place(frames, surface.centre[patches], component[markers])[0] - frames.origin[0, j]
-    near, axis, turns = OFF * np.sqrt(surface.area[patches]), frames.axis[0, j], bool(kin.revolute[j])
-    normal = (frames.R[0, component[markers]] @ surface.normal[patches][..., None])[..., 0]
-    tried, found = [_between(axis, at[n], at[m], turns) for n, m in np.argwhere(like)], list[float]()
-    on = list[NDArray[np.bool_]]()
-    for by in sorted(tried):
-        moved, faces = _moved(axis, at, by, turns), _moved(axis, normal, by, True) if turns else normal
-        lies = like & (np.linalg.norm(moved[:, None] - at, axis=2) < near) & (faces @ normal.T > _FACES)
-        lies[np.linalg.norm(moved - at, axis=1) < near] = False  # it is where it was
-        again = any(np.array_equal(lies, other) for other in on)
-        if lies.any() and not lies.any(axis=1).all() and not again:
-            found.append(by)
-            on.append(lies)
-    return _Steps(markers, np.array(found), np.array(on, bool).reshape(-1, len(markers), len(markers)))
+def _others(finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> LaidOtherwise | None:
+    """Of one pose at rest those with one joint elsewhere. Likelier ones but a little are as likely."""
+    found = list[tuple[Poses, Array]]()
+    for j, steps in finder.joint_steps.of.items():
+        mine = used[steps.markers]
+        if mine.any() and not mine.all() and not frame.deadline.expired:
+            # those that lay like markers where all of these are
+            rows = np.flatnonzero(steps.taken[:, mine].all(axis=1))
+            found.append(_of_one(finder, frame.unhurried(), pose, j, rows))
+    if not any(len(others) for others, _ in found):
+        return None
+    log_odds = np.concatenate([odds for _, odds in found])
+    likelier = log_odds > finder.config.verdict.least_turn_odds
+    log_odds = np.where(likelier, log_odds, np.minimum(log_odds, 0.0))
+    return LaidOtherwise(Poses.concatenate([others for others, _ in found]), log_odds)
 
 
-def _between(axis: Array, here: Array, there: Array, turns: bool) -> float:
-    """By how much a joint at the origin is to be moved on for one place to come as near as it can to another (3,)."""
-    if not turns:
-        return float((there - here) @ axis)
-    return float(np.arctan2(np.cross(here, there) @ axis, here @ there - (here @ axis) * (there @ axis)))
+def _of_one(
+    finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, j: int, rows: NDArray[np.int64]
+) -> tuple[Poses, Array]:
+    """Poses at rest with one joint moved on by some of its steps, where its markers are borne out as they are as it is
+    told; and their log odds."""
+    others, rows = finder.joint_steps.others(pose, j, rows)
+    if not len(others):
+        return others, np.zeros(0)
+    steps = finder.joint_steps.of[j]
+    others = finder.rest.at_rest(frame, others, finder.voter.supports(frame, others))
+    least = finder.config.verdict.mirrored_votes * finder.voter.votes(frame, pose, occlusion=True)[0]
+    apart = np.abs(finder.joint_steps.off(others, pose, j)) > OFF * np.abs(steps.by[rows])
+    apart &= frame.scene.stand(others.R, others.t)
+    kept = np.flatnonzero(apart & (finder.voter.votes(frame, others, occlusion=True) > least))
+    others, rows = others[kept], rows[kept]
+    return others, _odds(finder, frame, pose, others, steps, rows) if len(others) else np.zeros(0)
 
 
-def _moved(axis: Array, at: Array, by: float, turns: bool) -> Array:
-    """(m, 3) places after a joint is moved on."""
-    return at @ rotation_from_rotvec(by * axis).T if turns else at + by * axis
+def _odds(
+    finder: WholeObjectFinder, frame: ImageFrame, pose: Poses, others: Poses, steps: Steps, rows: NDArray[np.int64]
+) -> Array:
+    """(n,) log odds of others, before anything is known as likely as the pose that is told: by the markers that lie
+    where nothing is under the other one, and by what votes and contours of all say."""
+    told = pose[np.zeros(len(others), int)]
+    both, alone = Poses.concatenate([told, others]), np.concatenate([~steps.taken[rows], ~steps.lies[rows]])
+    scores, columns = finder.voter.judge(frame, both, occlusion=True), finder.surface.markers[steps.markers]
+    weight, least_px, *rest = finder.config.verdict.differing_odds
+    seen_px = np.where(alone, np.maximum(scores.votes[:, columns], 0.0), 0.0).sum(axis=1)
+    worth = weight * np.log(seen_px / finder.config.votes.inside[0] + least_px)
+    for absent in (in_view(finder, frame, both, scores).lacking, bare(finder, frame, both, scores)):
+        worth += log_unseen(finder, absent[:, steps.markers] & alone)
+    first, second = worth.reshape(2, -1)
+    return second - first + evidence(finder, frame, told, others).log_odds((0.0, *rest))

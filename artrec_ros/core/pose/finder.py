@@ -25,6 +25,7 @@ from .climber import Climb, Climber
 from .distinct import apart
 from .exchanges import Exchanges
 from .hidden_ends import HiddenEnds
+from .joint_steps import JointSteps
 from .laid_alike import LaidAlike
 from .like_sides import LikeSides
 from .lookalikes import Lookalikes
@@ -96,7 +97,7 @@ class WholeObjectFinder:
         surface, facing = self.surface, self.facing
         self._lookalikes, self.like_sides = Lookalikes(surface), LikeSides(surface)
         self.in_place = Lookalikes(surface, in_place=True, unlike=not facing)
-        self.on_likes = OnLikes(self, self._lookalikes)
+        self.on_likes, self.joint_steps = OnLikes(self, self._lookalikes), JointSteps(surface)
         self.exchanges = Exchanges(surface) if facing else None
         self.seen_alike = SeenAlike(surface) if facing else None
         self.laid_alike = None if facing else LaidAlike(surface)

@@ -21,6 +21,7 @@ from .finder import WholeObjectFinder
 from .poses import PatchScores, Poses
 
 _BENT = 32  # ways to bend what is not seen
+_BARE = 0.5  # share of a marker's points that show classes of others
 _WAYS = np.array([(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)])
 
 
@@ -42,14 +43,32 @@ def in_view(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: 
     return InView(shows & ~seen, seen)
 
 
+def bare(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, scores: PatchScores) -> NDArray[np.bool_]:
+    """(H, M) which markers are not seen where the image shows a class of the object's others instead: what they lie on
+    is in plain view, so that nothing hides them. Their pixels may have another class, which is about as rare."""
+    surface = finder.surface
+    of = np.repeat(np.arange(len(surface.markers)), INSIDE_POINTS)
+    own, codes = surface.may_show[surface.component[surface.markers]], _codes(finder, frame, poses)[1]
+    labels = surface.codes.label[codes]
+    others = (own.any(axis=0) & ~own)[of, labels.reshape(len(poses), -1)].reshape(codes.shape)
+    return np.asarray((scores.votes[:, surface.marker_columns] <= 0) & (others.mean(axis=2) > _BARE))
+
+
+def _codes(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> tuple[Array, NDArray[np.uint8]]:
+    """Where points on all markers are (H, M * n, 2), pixels, and the codes there (H, M, n)."""
+    surface = finder.surface
+    markers, frames = surface.markers, surface.kinematics.seen(poses.R, poses.t, poses.q)
+    points = np.concatenate([surface.patches[p].inside for p in markers.tolist()])
+    pixels = project(frame.camera, surface.place(frames, points, np.repeat(surface.component[markers], INSIDE_POINTS)))
+    return pixels, frame.field.at(pixels).reshape(len(poses), len(markers), INSIDE_POINTS)
+
+
 def _share_in_image(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> Array:
     """(H, M) of what scores count of each marker the share that is in the image, and not so near to its border that a
     seam may be all that is left of it; a ball's they count alone."""
     surface, seam_px = finder.surface, finder.config.votes.ring_width_px
     markers, frames = surface.markers, surface.kinematics.seen(poses.R, poses.t, poses.q)
-    points = np.concatenate([surface.patches[p].inside for p in markers.tolist()])
-    pixels = project(frame.camera, surface.place(frames, points, np.repeat(surface.component[markers], INSIDE_POINTS)))
-    codes = frame.field.at(pixels).reshape(len(poses), len(markers), INSIDE_POINTS)
+    pixels, codes = _codes(finder, frame, poses)
     counted = surface.shown(frames, markers, INSIDE_POINTS) & (codes != OWNED)
     inside = np.all([frame.field.at(pixels + seam_px * way) != OUTSIDE for way in _WAYS], axis=0).reshape(codes.shape)
     share = (counted & inside).sum(axis=2) / np.maximum(counted.sum(axis=2), 1)

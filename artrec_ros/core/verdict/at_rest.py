@@ -14,6 +14,7 @@ from ..geometry.range_limits import range_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from ..model.found import OtherTurn
+from ..pose.along_joints import likelier_along
 from ..pose.covariance import pose_covariances
 from ..pose.finder import WholeObjectFinder
 from ..pose.laid_otherwise import LaidOtherwise, likelier_laid
@@ -35,7 +36,8 @@ class AtRest(NamedTuple):
     :ivar frames: what of the image each is looked for in: without what nearer ones hide. :ivar used: (H, M) markers
         whose contours tell where each is.
     :ivar others: their other turns. :ivar elsewhere: other poses at which their contours rest.
-    :ivar laid: how else they may be laid by what is seen of them.
+    :ivar laid: how else they may be laid by what is seen of them. :ivar along: how else joints may have moved what they
+        carry.
     :ivar bends: (H, J) by how much joints' variances are greater for other bends.
     :ivar drawn: where each of several would come to rest if what nearer ones hide were its own: what they leave of
         their rims may be drawn onto them. Of what faces the camera where each is with its ends as they were found.
@@ -48,6 +50,7 @@ class AtRest(NamedTuple):
     others: Sequence[OtherTurn | None]
     elsewhere: Sequence[OtherTurn | None]
     laid: Sequence[LaidOtherwise | None]
+    along: Sequence[LaidOtherwise | None]
     bends: Array
     drawn: Poses
 
@@ -55,8 +58,10 @@ class AtRest(NamedTuple):
         """Some of them."""
         verdicts, frames = [self.verdicts[n] for n in rows], [self.frames[n] for n in rows]
         others, elsewhere = ([column[n] for n in rows] for column in (self.others, self.elsewhere))
-        sure, laid = (self.poses[rows], self.used[rows]), [self.laid[n] for n in rows]
-        return AtRest(verdicts, frames, *sure, others, elsewhere, laid, self.bends[rows], self.drawn[rows])
+        laid, along = ([column[n] for n in rows] for column in (self.laid, self.along))
+        poses, used = self.poses[rows], self.used[rows]
+        rest = others, elsewhere, laid, along, self.bends[rows], self.drawn[rows]
+        return AtRest(verdicts, frames, poses, used, *rest)
 
     def covariances(self, finder: WholeObjectFinder) -> Array:
         """(H, 6+J, 6+J) as of `pose_covariances`, and of joints that may be bent otherwise."""
@@ -86,8 +91,8 @@ def at_rest(
     ]
     if len(parts) == 1:
         return parts[0]
-    judged, looks, poses, used, others, elsewhere, laid, bends, drawn = map(list, zip(*parts, strict=True))
-    told = list(chain(*others)), list(chain(*elsewhere)), list(chain(*laid))
+    judged, looks, poses, used, others, elsewhere, laid, along, bends, drawn = map(list, zip(*parts, strict=True))
+    told = list(chain(*others)), list(chain(*elsewhere)), list(chain(*laid)), list(chain(*along))
     rest = Poses.concatenate(poses), np.concatenate(used), *told, np.concatenate(bends), Poses.concatenate(drawn)
     order = np.argsort(list(chain(*(rows for rows, _, _ in groups))))
     return AtRest(list(chain(*judged)), list(chain(*looks)), *rest).of(order.tolist())
@@ -106,22 +111,24 @@ def _at_rest_in(frame: ImageFrame, finder: WholeObjectFinder, verdicts: Sequence
     poses = finder.rest.at_rest(frame, found, used)
     if finder.at_scale is not None:  # it faces the camera
         (first, _), none = finder.at_scale.fitted(frame, poses, used), [None] * len(poses)
-        likelier, ends, as_found = likelier_ends(finder, hurried, first, used)
-        rest = AtRest(verdicts, frames, likelier, used, none, none, ends, np.zeros(poses.q.shape), first)
-        return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
+        likelier, along, along_found = likelier_along(finder, hurried, first, used)
+        likelier, ends, as_found = likelier_ends(finder, hurried, likelier, used)
+        rest = AtRest(verdicts, frames, likelier, used, none, none, ends, along, np.zeros(poses.q.shape), first)
+        return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found, along_found)
     poses = first = _in_reach(finder, frame, found, poses)
     finder.voter.keep(frame, poses)  # each of those that follow compares with these
     poses, used, elsewhere = likelier_rests(finder, hurried, poses, used)
     finder.voter.keep(frame, poses)
-    lie, laid, as_found = likelier_laid(finder, hurried, poses, used)
+    lie, along, along_found = likelier_along(finder, hurried, poses, used)
+    lie, laid, as_found = likelier_laid(finder, hurried, lie, used)
     bent, more = likelier_bends(finder, hurried, lie)
     likelier, others = likelier_turns(finder, frame, bent)
     moved = _moved(poses, likelier)
     if len(moved):
         elsewhere = [None if n in moved else other for n, other in enumerate(elsewhere)]  # it was of another pose
         used[moved] = finder.voter.supports(frame, likelier[moved])
-    rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, laid, more, likelier)
-    return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found)
+    rest = AtRest(verdicts, frames, likelier, used, others, elsewhere, laid, along, more, likelier)
+    return _judged_anew(finder, rest, first, _moved(first, likelier).tolist(), as_found, along_found)
 
 
 def _in_reach(finder: WholeObjectFinder, frame: ImageFrame, found: Poses, rested: Poses) -> Poses:
@@ -138,12 +145,13 @@ def _judged_anew(
     first: Poses,
     moved: list[int],
     as_found: Sequence[LaidOtherwise | None],
+    along_found: Sequence[LaidOtherwise | None],
 ) -> AtRest:
     """With those that are turned or bent otherwise than they were found as they are judged there, for other components
     may be where these have them; where that is no object any more, as it was found.
 
     :param first: H poses at rest as they were found. :param moved: rows that are elsewhere. :param as_found: how else
-        the former may be laid.
+        the former may be laid. :param along_found: the same of joints.
     """
     judge, verdicts, rows = Judge.of(finder.config), list(rest.verdicts), list(range(len(first)))
     others = list(rest.others)
@@ -163,10 +171,12 @@ def _judged_anew(
     for n in back:
         used[n], bends[n] = finder.voter.supports(rest.frames[n].unhurried(), first[n : n + 1])[0], 0.0
     elsewhere = [None if n in back else other for n, other in enumerate(rest.elsewhere)]
-    laid = [as_found[n] if n in back else other for n, other in enumerate(rest.laid)]
-    return AtRest(
-        verdicts, rest.frames, poses, used, others, elsewhere, laid, bends, rest.drawn if finder.facing else poses
+    laid, along = (
+        [found[n] if n in back else other for n, other in enumerate(told)]
+        for found, told in ((as_found, rest.laid), (along_found, rest.along))
     )
+    drawn = rest.drawn if finder.facing else poses
+    return AtRest(verdicts, rest.frames, poses, used, others, elsewhere, laid, along, bends, drawn)
 
 
 def _doubted(finder: WholeObjectFinder, frame: ImageFrame, told: Poses, likelier: Poses) -> OtherTurn | None:

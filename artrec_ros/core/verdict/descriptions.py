@@ -12,7 +12,7 @@ from ..geometry.transforms import Array, Pose
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, IdentityFit, ImagePose, Instance, Missing
-from ..pose.along_joints import AlongJoints
+from ..pose.along_joints import doubts_along
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_ways import OtherWays
 from ..pose.poses import Poses
@@ -49,7 +49,7 @@ class Describer:
         if finder.facing:  # how many of its components are told is asked of what is described
             self._judge = replace(self._judge, min_components=0)
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
-        self._along_joints, self._siblings = AlongJoints(finder), Siblings(finder)
+        self._siblings = Siblings(finder)
         self._shown = ShownObjects(finder, self._identifier)
         self._chances = Chances(finder) if finder.facing else None
         self.readings = Readings(finder, self._judge) if finder.facing else None
@@ -130,6 +130,8 @@ class Describer:
     def _goes_on(self, found: Verdict, told: Verdict) -> Verdict:
         """From which of an object's poses the next frame goes on. Mirrored turns are followed beside what was found."""
         finder, at = self.finder, found.claim.poses
+        if told is not found and finder.joint_steps.stepped(at, told.claim.poses):
+            return told
         ways = finder.in_place, finder.like_sides, finder.taken_back or ()
         if told is found or finder.facing or not any(map(len, ways)):
             return found
@@ -167,14 +169,14 @@ class Describer:
         """Detections with what else may be true of them: turns, ways to bend and places, and blobs that they leave."""
         finder, poses = self.finder, rest.poses
         ways = self._other_ways.of(shown.shows, poses, shown.seen, rest.used)
-        bends = self._along_joints.of(shown.shows, poses, shown.seen)
         siblings = self._siblings.of(shown.shows, poses, shown.seen, rest.used)
         left_over = self._left_over.of(shown.seen, shown.frames, frame, blobs, among or rest.verdicts)
         out = list[Detection]()
         for n, d in enumerate(detections):
             d = otherwise(d, rest.elsewhere[n], rest.others[n], ways[n])
             d = beside_laid_otherwise(finder, frame, poses[n : n + 1], rest.laid[n], d)
-            d = bent_otherwise(bent_otherwise(d, bends[n]), siblings[n])
+            d = bent_otherwise(d, doubts_along(finder, poses[n : n + 1], rest.along[n]))
+            d = bent_otherwise(d, siblings[n])
             out.append(in_doubt_of(finder, d, left_over[n]))
         return out
 

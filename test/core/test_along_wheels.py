@@ -108,3 +108,11 @@ def test_limits_leave_no_other_turn(camera):
     assert all(scores[name] > 0.85 for name in PLACES)
     if camera is not None:
         assert one.joint_deviations["hub"] < 0.02
+
+
+@CAMERAS
+def test_a_mark_beyond_the_limits_is_told_elsewhere(camera):
+    one, _, scores = told("dot", 0.3 + QUARTER, camera, limit=0.7)
+    (dot,) = one.missing
+    assert "dot" not in scores and (dot.component, dot.state) == ("dot", "elsewhere")
+    assert one.as_told < 1

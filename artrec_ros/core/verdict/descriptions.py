@@ -177,7 +177,8 @@ class Describer:
             d = beside_laid_otherwise(finder, frame, poses[n : n + 1], rest.laid[n], d)
             d = bent_otherwise(d, doubts_along(finder, poses[n : n + 1], rest.along[n]))
             d = bent_otherwise(d, siblings[n])
-            out.append(in_doubt_of(finder, d, left_over[n]))
+            left = self._left_over.beside_steps(left_over[n], poses[n : n + 1], shown.seen[n], frame.camera, blobs)
+            out.append(in_doubt_of(finder, d, left))
         return out
 
     def _turned(self, rest: AtRest, shown: Shown) -> tuple[dict[Verdict, Verdict], Collection[Verdict]]:

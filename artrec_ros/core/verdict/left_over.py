@@ -28,6 +28,7 @@ from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Missing
 from ..model.kinematics import Frames, Kinematics
+from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.poses import Poses
@@ -125,6 +126,32 @@ class LeftOvers:
             asked |= np.isfinite(off)
         free = self._unexplained(frame, mine, asked, among)
         return [self._left(by_component, free, mine, own) for by_component, own in zip(near, seen, strict=True)]
+
+    def beside_steps(
+        self, left: LeftOver, pose: Poses, seen: Collection[int], camera: Camera, blobs: Sequence[Blob]
+    ) -> LeftOver:
+        """With blobs that lie where another value of a joint would put what is missing while like markers lie on each
+        other: on the object itself, so that nothing else asks what they are."""
+        found, surface, of = dict(left.blobs), self._finder.surface, self._finder.joint_steps.of
+        for j, steps in of.items() if blobs else ():
+            moved = self._finder.joint_steps.beyond_limits(pose, j)
+            placed = surface.place(self._kin.seen(moved.R, moved.t, moved.q), self._middle, self._of)
+            for row, lies in zip(steps.markers.tolist(), steps.lies.T, strict=True):
+                c, at = int(self._of[row]), placed[~lies, row]
+                mine = [b for b in blobs if b.label in surface.labels[c]]
+                if mine and len(at) and c not in {*seen, *found} and (at[:, 2] > LEAST_DEPTH_M).all():
+                    found.update(
+                        (c, b) for b in self._there(mine, project(camera, at), camera.focal_px / at[:, 2], row)
+                    )
+        return LeftOver(found, self._spare(frozenset(seen))) if found else left
+
+    def _there(self, blobs: Sequence[Blob], pixels: Array, scale: Array, row: int) -> list[Blob]:
+        """The blob nearest to one of some places (n, 2) of a marker at scales (n,), if it is about there, and as
+        large."""
+        sizes, size_px = _Sizes.of(blobs), self._area[row] * scale**2
+        off = np.linalg.norm(sizes.middles[:, None] - pixels, axis=2) / np.sqrt(size_px)
+        nearest = np.where(self._as_large(sizes.area_px, size_px), off.min(axis=1), np.inf)
+        return [blobs[int(np.argmin(nearest))]] if nearest.min() < OFF else []
 
     def is_in_doubt(self, seen: Collection[int]) -> bool:
         """Whether an object of which some components are seen is not sure if it leaves something."""

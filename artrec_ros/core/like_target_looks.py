@@ -21,9 +21,7 @@ class LikeTargetLooks:
     """Those for some targets, in space."""
 
     def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, config: SearchConfig) -> None:
-        classes = {finder: Counter(map(frozenset, finder.surface.labels)) for finder in finders}
-        # what lacks some of an object's classes explains too little of it
-        self._like = {f: [g for g in finders if g is not f and classes[f] <= classes[g]] for f in finders}
+        self._classes = {finder: Counter(map(frozenset, finder.surface.labels)) for finder in finders}
         self._looks, self._config = SpatialLooks(judge, config), config
 
     def candidates(
@@ -35,11 +33,17 @@ class LikeTargetLooks:
         """
         out = dict[WholeObjectFinder, Poses]()
         for verdict in accepted:
-            for finder in self._like[verdict.finder]:
+            for finder in self._like(verdict):
                 found = None if frame.deadline.expired else self._look(frame, finder, verdict, accepted, blobs)
                 if found is not None and len(found):
                     out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
         return out
+
+    def _like(self, verdict: Verdict) -> list[WholeObjectFinder]:
+        """Other targets that have all classes that an object shows: what lacks some explains too little of it."""
+        labels = verdict.finder.surface.labels
+        shown = Counter(frozenset(own) for own, yes in zip(labels, verdict.confirmed, strict=True) if yes)
+        return [f for f, classes in self._classes.items() if f is not verdict.finder and shown <= classes]
 
     def _look(
         self,

@@ -41,6 +41,22 @@ class Notched(Wide):
         return [*super().patches(), (self.at(NOTCH), 0)]
 
 
+CORNERS = [DISC * 0.7 + at for at in ((0.03, 0.03), (0.03, -0.03), (-0.03, -0.03), (-0.03, 0.03))]
+FLEET = {name: [OTHER + int(one) for one in name] for name in ("0111", "0011", "0001", "0101", "0000", "1111")}
+
+
+class Plate(Placing):
+    def patches(self):
+        return [(self.at(DISC * 0.7), TEAM), *zip(map(self.at, CORNERS), FLEET[self.name], strict=True)]
+
+
+def plate(classes):
+    """A disc, and one in each corner."""
+    corners = zip(CORNERS, classes, strict=True)
+    parts = [Component(f"c{n}", (patch(f"c{n}", at),), label=label) for n, (at, label) in enumerate(corners)]
+    return ObjectModel("plate", (Component("middle", (patch("middle", DISC * 0.7),), required=True), *parts))
+
+
 class Pair(Placing):
     def patches(self):
         return [(self.at(DISC + (0.03, 0.0)), TEAM), (self.at(DISC - (0.03, 0.0)), OTHER)]
@@ -78,6 +94,15 @@ def test_what_differs_little_is_told_by_the_pixels_in_which_it_does(camera, turn
     one = told(rendered(shape(75.0, 60.0, turn, 600.0)), in_order, camera)
     assert one.object == ("wide" if shape is Wide else "notched")
     assert one.other_object is None or one.other_object.probability < 0.2
+
+
+@CAMERAS
+@pytest.mark.parametrize("name", FLEET)
+def test_of_a_fleet_the_one_is_told_whose_classes_are_all_seen(camera, name):
+    """Any other one explains all of its pixels but those of the corners in which they differ."""
+    fleet = {name: (plate(classes), TEAM) for name, classes in FLEET.items()}
+    one = told(rendered(Plate(75.0, 60.0, 0.4, 500.0, name)), fleet, camera)
+    assert one.object == name and one.score > 0.9
 
 
 def test_where_its_own_pixels_tell_it_nothing_is_taken_from_it():

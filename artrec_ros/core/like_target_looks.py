@@ -59,4 +59,8 @@ class LikeTargetLooks:
         if not own:
             return None
         rest = left_by(frame, [v.claim for v in accepted if v is not verdict])
+        # which of them its required component made is not known
+        plain = [found for b in own if (found := self._looks.plain(rest, finder, b)) is not None and len(found)]
+        if plain:
+            return Poses.concatenate(plain)
         return self._looks.full(rest, finder, max(own, key=lambda b: b.area_px))

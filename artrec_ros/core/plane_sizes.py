@@ -12,6 +12,7 @@ from .model.found import Detection
 _LEAST, _SURE = 10, 0.7  # objects, of at least this score, that tell anything
 _OFF = 0.08  # outlines drawn by eye and paint that spreads make objects look larger or smaller by so much
 _ENDS = 5, 95  # per cent of the objects, along the size that their places have
+_DEVIATIONS = 2.0  # by which that size must be off beyond _OFF: few small objects scatter by so much
 
 
 class PlaneSizes:
@@ -31,10 +32,13 @@ class PlaneSizes:
             return None
         seen = np.array(self._seen)
         about = np.column_stack([np.ones(len(seen)), seen[:, :2] - seen[:, :2].mean(axis=0)])
-        large = about @ np.linalg.lstsq(about, seen[:, 2], rcond=None)[0]  # a tilted plane is off otherwise elsewhere
-        least, most = np.percentile(large, _ENDS).tolist()
-        if max(-least, most) < _OFF:
+        onto = about @ np.linalg.pinv(about)
+        large = onto @ seen[:, 2]  # a tilted plane is off otherwise elsewhere
+        scatter = np.sum((seen[:, 2] - large) ** 2) / (len(seen) - about.shape[1])
+        unsure = _DEVIATIONS * np.sqrt(scatter * np.diag(onto))
+        if max(-np.percentile(large + unsure, _ENDS[0]), np.percentile(large - unsure, _ENDS[1])) < _OFF:
             return None
+        least, most = np.percentile(large, _ENDS).tolist()
         return (
             f"objects look {_as_told(least, most)} than scene.plane has them ({len(seen)} of them): its points, or "
             "lengths in the object file, are off; where the plane is, poses are by as much, whatever covariances say"

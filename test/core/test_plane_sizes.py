@@ -11,10 +11,10 @@ from artrec_ros.core.plane_sizes import PlaneSizes
 PLACES = np.random.default_rng(2).uniform((0, 0), (640, 480), (40, 2))
 
 
-def line_of(scale, score=0.95, places=PLACES):
+def line_of(scale, score=0.95, places=PLACES, noise=0.01, seed=3):
     """:param scale: of places (n, 2) how many times as large what is there looks."""
     sizes = PlaneSizes()
-    noise = np.random.default_rng(3).normal(0, 0.01, len(places))
+    noise = np.random.default_rng(seed).normal(0, noise, len(places))
     for (x, y), large in zip(places.tolist(), (scale(places) * np.exp(noise)).tolist(), strict=True):
         sizes.add([Detection("robot", 0, score, ImagePose(x, y, 0.0, 400.0), (), plane_scale=large)])
     return sizes.line()
@@ -23,6 +23,12 @@ def line_of(scale, score=0.95, places=PLACES):
 def test_what_is_as_large_as_it_should_be_says_nothing():
     assert line_of(lambda at: np.ones(len(at))) is None
     assert line_of(lambda at: np.full(len(at), 1.05)) is None
+
+
+def test_few_small_ones_that_scatter_say_nothing():
+    lines = [line_of(lambda at: np.full(len(at), 1.05), places=PLACES[:12], noise=0.06, seed=n) for n in range(40)]
+    assert sum(line is not None for line in lines) <= 2
+    assert line_of(lambda at: np.full(len(at), 1.25), places=PLACES[:12], noise=0.06) is not None
 
 
 @pytest.mark.parametrize(("scale", "told"), [(1.2, "20 % larger"), (0.8, "20 % smaller")])

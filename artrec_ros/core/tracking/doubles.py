@@ -15,6 +15,7 @@ import numpy as np
 
 from ..base.config import SightingsConfig
 from ..geometry.transforms import Array
+from ..model.found import Detection
 from .sightings import Sightings
 from .tracks import Tracks
 
@@ -72,3 +73,17 @@ def doubles(tracks: Tracks, here: Sequence[int], sizes: Mapping[str, float]) -> 
     young = tracks.lived_s < _YOUNG_S
     double = (there.apart(seen) < 1) & (young[lost][:, None] | young[list(here)])
     return {lost[k] for k in np.flatnonzero(double.any(axis=1)).tolist()}
+
+
+def beside_others(tracks: Tracks, found: Mapping[int, Detection], sizes: Mapping[str, float]) -> set[int]:
+    """Tracks that are not seen in whose places something is that may be they: `Detection.other_object`.
+
+    :param found: what is seen, by rows.
+    """
+    rivals = {row: d.other_object.object for row, d in found.items() if d.other_object is not None}
+    lost = [row for row in range(len(tracks)) if row not in found]
+    if not rivals or not lost:
+        return set()
+    there, seen = (Places.expected(tracks[list(rows)], sizes) for rows in (lost, rivals))
+    may_be = there.apart(seen._replace(names=list(rivals.values()))) < 1
+    return {lost[k] for k in np.flatnonzero(may_be.any(axis=1)).tolist()}

@@ -23,7 +23,7 @@ from ..model.found import Detection
 from ..model.frame_result import FrameResult, Rejection
 from ..model.target import Target
 from ..verdict.judge import too_low
-from .doubles import Places, doubles, leaps
+from .doubles import Places, beside_others, doubles, leaps
 from .existence import Continuity, newcomers
 from .following import begun, followed
 from .joints import Joints, units_of
@@ -247,7 +247,8 @@ class Tracker:
         # who was alone and has been lost has given the id away
         gone = here | given_away | doubles(self._tracks, sorted(here), self._sizes)
         away = [row for row in range(len(whose)) if row not in gone and whose[row] not in taken]
-        expected = teller.expected(away)
+        told_already = beside_others(self._tracks, {row: found[n] for n, row in row_of.items()}, self._sizes)
+        expected = teller.expected([row for row in away if row not in told_already])
         kept = np.zeros(len(whose), bool)
         kept[[*here, *away]] = True
         self._keep(kept)

@@ -9,7 +9,7 @@ from test_tracking import PERIOD, START, flat, frame, posed
 
 from artrec_ros.core.base.config import ExistenceConfig, RecognizerConfig, TrackingConfig
 from artrec_ros.core.base.deferred import Deferred
-from artrec_ros.core.model.found import ImagePose, Instance, Missing, OtherPlace
+from artrec_ros.core.model.found import ImagePose, Instance, Missing, OtherObject, OtherPlace
 from artrec_ros.core.model.frame_result import Rejection
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.tracking.existence import Continuity, Existence, newcomers
@@ -329,6 +329,19 @@ def test_what_is_hidden_is_told_where_it_is_expected_for_so_long():
     assert first.pose.position[0] == pytest.approx(0.3 + 0.01 * 30, abs=0.004)
     spread = [np.trace(d.pose_covariance) for d in expected[:6]]
     assert (np.diff(spread) > 0).all() and (np.diff([d.score for d in expected[:6]]) < 0).all()
+
+
+@pytest.mark.parametrize("x", [0.0, 0.3])
+def test_who_may_be_what_is_seen_in_its_place_is_not_predicted_beside_it(x):
+    """Two targets that look alike are told in turn: else the one would be sure beside the other, at a half."""
+    steps = [replace(at(0.0), object=name, as_told=0.5) for name in ("red", "blue")] * 12
+    targets = [Target(name, robot(), TEAM) for name in ("red", "blue")]
+    rivals = {"red": "blue", "blue": "red"}
+    frames = [[replace(d, other_object=OtherObject(rivals[d.object], 0.5))] for d in steps]
+    last = replace(at(x), object="red", other_object=OtherObject("blue", 0.5), as_told=0.5)
+    found = told([*frames, [last]], TrackingConfig(predict=0.5), targets=targets)
+    assert all(len(detections) == 1 for detections in found[:-1])
+    assert [d.predicted for d in found[-1] if d.object == "blue"] == ([True] if x else [])
 
 
 @pytest.mark.parametrize("make", [at, lambda x: flat(300 + 500 * x)])

@@ -102,7 +102,7 @@ def test_of_a_fleet_the_one_is_told_whose_classes_are_all_seen(camera, name):
     """Any other one explains all of its pixels but those of the corners in which they differ."""
     fleet = {name: (plate(classes), TEAM) for name, classes in FLEET.items()}
     one = told(rendered(Plate(75.0, 60.0, 0.4, 500.0, name)), fleet, camera)
-    assert one.object == name and one.score > 0.9
+    assert one.object == name and one.score > 0.75
 
 
 def test_where_its_own_pixels_tell_it_nothing_is_taken_from_it():

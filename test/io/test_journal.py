@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from artrec_ros.core.geometry.transforms import Pose
-from artrec_ros.core.model.found import ClassFit, Detection, IdentityFit, ImagePose, Instance, OtherPlace
+from artrec_ros.core.model.found import ClassFit, Detection, IdentityFit, ImagePose, Instance, OtherObject, OtherPlace
 from artrec_ros.core.model.frame_result import ConstraintFailure, FrameResult, Rejection
 from artrec_ros.io.base.whole_files import LineFile, write_whole
 from artrec_ros.io.results.journal import Journal, Recognised
@@ -23,6 +23,7 @@ def frame(stamp_ns: int = 10) -> Recognised:
         IdentityFit(None, 1 / 3, "gr", True, 0.8, {"gr": np.float64(-1 / 3), "gv": -2.5}),
     )  # fmt: skip
     found = dataclasses.replace(found, other_place=OtherPlace(ImagePose(5, 6, 7, 8), 1 / 3, found))
+    found = dataclasses.replace(found, other_object=OtherObject("leg", 1 / 3), plane_scale=np.float64(1 / 3))
     failed = ConstraintFailure("a/b", "c/d", "distance_m", 1 / 3, 0.1, 0.2, 0.13)
     rejected = (Rejection("arm", "weiß nicht", 0.5, 1.5, 2.5, failed), Rejection("arm", "other"))
     likely = dataclasses.replace(found, score=0.2)

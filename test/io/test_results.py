@@ -19,6 +19,7 @@ from artrec_ros.core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherObject,
     OtherPlace,
     OtherTurn,
 )
@@ -117,6 +118,16 @@ def test_another_place_comes_back():
     told = json.loads(line)["objects"][0]["other_place"]
     assert told == {"probability": 0.35, "x": 12.5, "y": 80.25, "theta": -2.5, "scale": 310.0}
     assert FrameRecord.from_json(line).detections[0].other_place == other
+
+
+def test_another_target_and_the_size_on_the_plane_come_back():
+    told = replace(DETECTION, other_object=OtherObject("other", 0.35), plane_scale=1.2)
+    line = FrameRecord.of(7, "/cam", replace(RESULT, detections=(told,))).to_json()
+    back = FrameRecord.from_json(line).detections[0]
+    assert back.other_object == told.other_object and back.plane_scale == 1.2
+    for right, wrong in (('"probability": 0.35', '"probability": 7'), ('"plane_scale": 1.2', '"plane_scale": -1')):
+        with pytest.raises(ValueError, match="must be"):
+            FrameRecord.from_json(line.replace(right, wrong))
 
 
 def test_an_unusable_frame_has_its_error_and_no_objects():

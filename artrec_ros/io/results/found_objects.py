@@ -17,6 +17,7 @@ from ...core.model.found import (
     Instance,
     Missing,
     Motion,
+    OtherObject,
     OtherPlace,
     OtherTurn,
 )
@@ -142,7 +143,7 @@ def detection_of(o: FoundObject, place: str) -> Detection:
     :raises UnfitError: naming the key that does not fit the others.
     """
     pose, filtered, other, fit = o["pose"], o.get("filtered"), o.get("other_turn"), o.get("class")
-    elsewhere = o.get("other_place")
+    elsewhere, rival = o.get("other_place"), o.get("other_object")
     return Detection(
         object=o["object"],
         id=o["id"],
@@ -168,7 +169,7 @@ def detection_of(o: FoundObject, place: str) -> Detection:
         filtered=_filtered(filtered, f"{place}.filtered") if filtered else None,
         other_turn=_other_turn(other, f"{place}.other_turn") if other else None,
         other_place=_other_place(elsewhere) if elsewhere else None,
-        other_object=o.get("other_object"),
+        other_object=OtherObject(rival["object"], rival["probability"]) if rival else None,
         as_told=o.get("as_told", 1.0),
         missing=tuple(
             Missing(m["name"], m["state"], m["x"], m["y"], m.get("by", ""), m.get("score", 0.0))

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, TypedDict
 
-from ...core.model.found import ClassFit, ImagePose, MissingState, OtherObject, PoseSource
+from ...core.model.found import ClassFit, ImagePose, MissingState, PoseSource
 from ...core.model.frame_result import Rejection
-from ..base.typed import Between, Share, Stamp
+from ..base.typed import Amount, Between, Share, Stamp
 
 _Triple = tuple[float, float, float]
 _Quadruple = tuple[float, float, float, float]
@@ -44,6 +44,13 @@ class OtherImagePlace(TypedDict):
     y: float
     theta: float
     scale: float
+
+
+class OtherObjectShare(TypedDict):
+    """`other_object`."""
+
+    object: str
+    probability: Share
 
 
 class _FilteredPlace(Place):
@@ -103,12 +110,12 @@ class _Told(_FoundObject, total=False):
     identity_runner_up: str | None
     identity_unique: bool
     pose_from: PoseSource
-    plane_scale: float | None
+    plane_scale: Amount | None
     predicted: bool
     filtered: FilteredPlace | None
     other_turn: OtherPlace | None
     other_place: OtherImagePlace | None
-    other_object: OtherObject | None
+    other_object: OtherObjectShare | None
     as_told: Share
     missing: tuple[_MissingWhy, ...]
 

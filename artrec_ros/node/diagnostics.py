@@ -16,7 +16,7 @@ from ..core.plane_sizes import PlaneSizes
 from ..core.warm_up import compiling
 from .pipeline import FrameReport
 
-_LATEST = 500  # objects that tell how large they look on the scene's plane
+_LATEST = 200  # objects that tell how large they look on the scene's plane: it may change while the node runs
 OK, WARN, ERROR = DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR
 
 
@@ -205,7 +205,8 @@ class Diagnostics:
 
     def _calibration(self, state: NodeState) -> DiagnosticStatus:
         if state.on_plane and (sizes := self._on_plane.line()):
-            return self._status("calibration", WARN, sizes, {})
+            doubt = f"; the calibration is in doubt: {state.doubt}" if state.doubt else ""
+            return self._status("calibration", WARN, sizes + doubt, {})
         if state.calibration and state.on_plane:
             return self._status("calibration", OK, f"{state.calibration}; poses are those on scene.plane", {})
         if state.calibration:

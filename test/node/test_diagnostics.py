@@ -222,3 +222,9 @@ def test_a_plane_on_which_all_look_larger_is_told(diagnostics: Diagnostics) -> N
     status = report(diagnostics, 101, on_plane=True)["calibration"]
     assert status.level == WARN and "20 % larger than scene.plane" in status.message
     assert report(diagnostics, 102, on_plane=False)["calibration"].level == OK
+    doubted = report(diagnostics, 103, on_plane=True, doubt="of another size")["calibration"]
+    assert "20 % larger" in doubted.message and doubted.message.endswith("in doubt: of another size")
+    diagnostics.image_processed(
+        104, FrameReport(200, 1.0, 1.0, (), "", on_plane=[dataclasses.replace(one, plane_scale=1.0)] * 200)
+    )
+    assert report(diagnostics, 104, on_plane=True)["calibration"].level == OK  # another plane was given

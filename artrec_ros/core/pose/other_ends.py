@@ -4,7 +4,9 @@ the truth at each of these no vote tells.
 Something of a marker's class that touches its end makes it longer, something unknown over it, or a class that ate it,
 shorter. Without what is seen about that end, its width and its other end tell where it is. Which reading is the true
 one say how many ends go on beyond it or fall short, by how much of their length the sides have no edge, and votes; how
-wide a marker looks does not by itself: labels that are thinner all around are as common as strays.
+wide a marker looks does not by itself: labels that are thinner all around are as common as strays. Nothing is amiss
+with an end beneath what may lie before it, as another class; that such a thing begins just where a marker ends would be
+a chance.
 """
 
 from __future__ import annotations
@@ -17,6 +19,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.projection import project
 from ..geometry.transforms import Array
+from ..image.codes import EMPTY, OUTSIDE, UNKNOWN
 from ..image.image_frame import ImageFrame
 from .climber import Climber
 from .edges import would_show
@@ -26,14 +29,16 @@ from .poses import Poses
 from .surface_model import SpatialModel
 from .voter import Voter
 
-AT_EDGE, GOES_ON, BEYOND = 0, 1, 2  # an end's class ends there, goes on beyond it, or ends before
+# an end's class ends there, goes on beyond it, ends before, or where what may lie before the end begins
+AT_EDGE, GOES_ON, BEYOND, BENEATH = range(4)
 
 
 class Seen(NamedTuple):
     """Of H poses. :ivar state: (H, E) of ends.
     :ivar evidence: (H, 4) what speaks for each, as `VerdictConfig.far_end_odds` weighs it: less the ends beyond which
-        their class goes on, those that lie beyond it, and the share of the sides without an edge, but for
-        what is outermost beside the latter: what covers an end covers that, too; logarithm of votes.
+        their class goes on, or may beneath what begins there, those that lie beyond it, and the share of the sides
+        without an edge, but for what is outermost beside the latter and beneath what covers an end: what covers an end
+        covers that, too; logarithm of votes.
     """
 
     state: NDArray[np.int64]
@@ -65,7 +70,8 @@ class OtherEnds:
 
     def of(self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_]) -> tuple[Poses, Array]:
         """Other poses of one at rest, and the log odds that each is the true one, not the told one. Each has some end
-        otherwise than those before: what ends at the same edges is the same, better or worse fitted.
+        otherwise than those before: what ends at the same edges is the same, better or worse fitted; beneath what
+        covers it an end is at none.
 
         :param used: (M,) markers that the labels support.
         """
@@ -80,7 +86,7 @@ class OtherEnds:
         apart_px = max(apart_px, share * float(np.linalg.norm(at[0][:, None] - at[0], axis=2).max()))
         for n in (1 + np.argsort(-worth[1:], kind="stable")).tolist():
             far = np.linalg.norm(at[kept] - at[n], axis=2).max(axis=1) > apart_px
-            if (far & (seen.state[kept] != seen.state[n]).any(axis=1)).all():
+            if (far & ((seen.state[kept] != seen.state[n]) | (seen.state[n] == BENEATH)).any(axis=1)).all():
                 kept.append(n)
         log_odds = (worth - worth[0])[kept[1:]]
         likelier = log_odds > self._config.verdict.least_turn_odds  # below, both are as likely, as mirrored turns are
@@ -91,27 +97,52 @@ class OtherEnds:
         config, which, use = self._config, np.flatnonzero(used), np.tile(used, (len(poses), 1))
         reach, border = config.covariance.reach_px, config.fit.border_px
         fit = contour_fit(self._surface, frame, poses, use, reach, config.fit)
-        bare, sides = fit.shown & ~(fit.weight > 0), ~self._far[which]
+        edge, sides, of_ends = fit.weight > 0, ~self._far[which], self._end[ends][:, which]
+        bare, beyond = fit.shown & ~edge, (reach + border) * fit.normal
         shows = would_show(frame.field, fit.point, fit.normal, reach, border)
         own = self._going_on.at_ends(frame, poses, use)
         goes_on = np.stack([own[:, end[self._far]].mean(axis=1) > 0.5 for end in self._end[ends]], axis=1)
-        open_ = np.stack([bare[:, end].all(axis=1) for end in self._end[ends][:, which]], axis=1)
-        state = np.where(open_, np.where(goes_on, GOES_ON, BEYOND), AT_EDGE)
-        lost = bare & shows & sides & ~self._ends_covered(state, fit.weight > 0, sides, self._along[ends][:, which])
+        open_ = np.stack([bare[:, end].all(axis=1) for end in of_ends], axis=1)
+        covers = self._covers(frame, (fit.point[0] + beyond[0])[edge[0] & sides])
+        covered, before, after = (
+            covers[frame.field.at(at)] for at in (fit.point, fit.point - reach * fit.normal, fit.point + beyond)
+        )
+        before, after = (np.stack([c[:, end].mean(axis=1) > 0.5 for end in of_ends], axis=1) for c in (before, after))
+        state = np.where(open_, np.where(goes_on, GOES_ON, np.where(before, BENEATH, BEYOND)), AT_EDGE)
+        hidden = self._ends_covered(state, covered, edge, sides, self._along[ends][:, which])
+        lost = (bare & shows & sides & ~hidden).sum(axis=(1, 2)) / sides.sum()
         votes = np.log(np.maximum(self._voter.votes(frame, poses, occlusion=True), 1.0))
-        count = [(state == which).sum(axis=1) for which in (GOES_ON, BEYOND)]
-        return Seen(state, np.stack([-count[0], -count[1], -lost.sum(axis=(1, 2)) / sides.sum(), votes], axis=1))
+        on = (state == GOES_ON) | (state == AT_EDGE) & after
+        return Seen(state, np.stack([-on.sum(axis=1), -(state == BEYOND).sum(axis=1), -lost, votes], axis=1))
+
+    def _covers(self, frame: ImageFrame, beside: Array) -> NDArray[np.bool_]:
+        """(256,) codes of what may lie before markers: classes but for the object's, and pixels that others own; what
+        lies beside most of the sides is ground. Beyond the image no contour is seen to lack an edge.
+
+        :param beside: (n, 2) pixels beside sides.
+        """
+        label = frame.field.meaning.label
+        covers = 2 * np.bincount(label[frame.field.at(beside)], minlength=256) <= len(beside)
+        covers[[UNKNOWN, EMPTY, OUTSIDE, *(k for labels in self._surface.marker_labels for k in labels)]] = False
+        return np.asarray(covers[label])
 
     @staticmethod
     def _ends_covered(
-        state: NDArray[np.int64], edge: NDArray[np.bool_], sides: NDArray[np.bool_], along: Array
+        state: NDArray[np.int64],
+        covered: NDArray[np.bool_],
+        edge: NDArray[np.bool_],
+        sides: NDArray[np.bool_],
+        along: Array,
     ) -> NDArray[np.bool_]:
-        """(H, K, m) points of K markers farther out than their sides have an edge, at ends that lie beyond their class.
+        """(H, K, m) points of K markers farther out than their sides have an edge, at ends that lie beyond their class;
+        or beneath something, if they do.
 
-        :param edge: (H, K, m) which have one. :param sides: (K, m) those of sides. :param along: (E, K, m).
+        :param covered: (H, K, m) which do. :param edge: (H, K, m) which have one. :param sides: (K, m) those of sides.
+        :param along: (E, K, m).
         """
         seen = np.where(edge[:, None] & sides, along, -np.inf).max(axis=(2, 3))  # (H, E)
-        return np.asarray(((state == BEYOND)[..., None, None] & (along > seen[..., None, None])).any(axis=1))
+        beyond, beneath = ((state == which)[..., None, None] for which in (BEYOND, BENEATH))
+        return np.asarray(((beyond | beneath & covered[:, None]) & (along > seen[..., None, None])).any(axis=1))
 
     def _ended_otherwise(
         self, frame: ImageFrame, pose: Poses, used: NDArray[np.bool_], ends: NDArray[np.int64]

@@ -18,7 +18,7 @@ from artrec_ros.core.model.objects import Component, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.likelier_ends import likelier_ends
-from artrec_ros.core.pose.other_ends import AT_EDGE, GOES_ON
+from artrec_ros.core.pose.other_ends import AT_EDGE, BENEATH, BEYOND, GOES_ON
 from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.turns import _others_share
@@ -103,6 +103,58 @@ def test_wider_labels_make_no_bar_longer_than_they_are(wider_px):
 def test_one_with_a_covered_end_is_not_surely_as_long_as_what_is_left_of_it(covered):
     found = told(replace(PLAIN, covered=covered))
     assert abs(found.image.scale / SCALE - 1) < 0.05 or found.score < 0.9
+
+
+@pytest.mark.parametrize("covered", [1 / 10, 1 / 8, 1 / 6])
+def test_one_that_another_class_covers_is_as_long_as_it_is_wide(covered):
+    assert told(replace(PLAIN, covered=covered)).image.scale == pytest.approx(SCALE, rel=0.05)
+
+
+def of_label(was, now):
+    return lambda labels: np.where(labels == was, now, labels).astype(np.uint8)
+
+
+@pytest.mark.parametrize("covered", [1 / 10, 1 / 8, 1 / 6])
+def test_one_that_ends_short_in_the_open_is_not_surely_so(covered):
+    image = of_label(BODY, 0)(rendered(replace(PLAIN, covered=covered), size=SIZE))
+    config = settings(min_scale=200.0, max_scale=700.0)
+    (found,) = Recognizer([BAR], config, Segmenter(ImageConfig()), calibrated=False).recognize(image).detections
+    assert abs(found.image.scale / SCALE - 1) < 0.05 or found.score < 0.9
+
+
+def state_and_evidence(placing, change=lambda labels: labels, owned=(), times=1.0):
+    frame = ImageFrame(LabelField(change(rendered(placing, size=SIZE)))).faced().without(owned)
+    finder = WholeObjectFinder(BAR, DEFAULTS, facing=True)
+    seen = finder.other_ends.seen(frame, resized(PLAIN.pose(frame.camera), times), USED[0], np.arange(2))
+    return sorted(seen.state[0].tolist()), seen.evidence[0]
+
+
+def test_an_end_beneath_another_class_or_another_object_is_not_amiss_and_one_in_the_open_is():
+    covered = replace(PLAIN, covered=1 / 4)
+    state, evidence = state_and_evidence(covered)
+    assert state == [AT_EDGE, BENEATH] and (evidence[:3] == 0).all()
+    state, evidence = state_and_evidence(covered, of_label(BODY, 0))
+    assert state == [AT_EDGE, BEYOND] and evidence[1] == -1
+    hull = covered.at(rectangle(0.1, 0.1, (LENGTH / 4 + 0.05, 0.0))).astype(np.float32)
+    state, evidence = state_and_evidence(PLAIN, owned=[hull])
+    assert state == [AT_EDGE, BENEATH] and (evidence[:3] == 0).all()
+
+
+def test_what_covers_a_bar_begins_just_at_its_end_by_chance_alone():
+    beside = replace(PLAIN, covered=1e-9)
+    assert state_and_evidence(PLAIN)[1][0] == 0
+    state, evidence = state_and_evidence(beside)
+    assert state == [AT_EDGE, AT_EDGE] and evidence[0] == -1
+    found = told(beside)
+    assert found.image.scale == pytest.approx(SCALE, rel=0.02)
+
+
+def test_ground_that_has_a_class_covers_nothing():
+    for times in (1.0, 1.15):
+        state, evidence = state_and_evidence(PLAIN, of_label(0, BODY), times=times)
+        same, without = state_and_evidence(PLAIN, times=times)
+        assert state == same and BENEATH not in state
+        np.testing.assert_array_equal(evidence[:3], without[:3])
 
 
 def test_of_a_bar_as_it_should_be_nothing_is_in_doubt():

@@ -175,6 +175,19 @@ def test_each_reading_has_an_end_otherwise():
     assert odds[0] == pytest.approx(odds[1], abs=0.3)  # nothing tells which end is the true one
 
 
+def test_beneath_what_covers_it_an_end_may_be_here_or_there():
+    finder, frame = finder_and_frame(replace(PLAIN, covered=1 / 4))
+    short = resized(PLAIN.pose(frame.camera), 0.88)
+    along = short.R[0] @ (-0.06 * LENGTH / 0.88, 0.0, 0.0)  # the open end of both
+    short = Poses(short.R, short.t + along, short.q)
+    others, _ = finder.other_ends.of(frame, short, USED[0])
+    seen = finder.other_ends.seen(frame, Poses.concatenate([short, others]), USED[0], np.arange(2))
+    beneath = np.flatnonzero((np.sort(seen.state, axis=1) == (AT_EDGE, BENEATH)).all(axis=1))
+    assert beneath[0] == 0 and len(beneath) > 1
+    scale = frame.camera.focal_px / others.t[beneath[1:] - 1, 2]
+    np.testing.assert_allclose(scale, SCALE, rtol=0.05)
+
+
 @pytest.mark.parametrize("least", [200.0, 450.0])
 def test_no_reading_leaves_the_scale_that_is_looked_for(least):
     _, frame = finder_and_frame(replace(PLAIN, stray=1 / 4))

@@ -204,8 +204,9 @@ class VerdictConfig(Room):
     far_end_odds: tuple[float, ...] = param(
         (1.53, 2.01, 29.2, 3.98),
         "log odds between readings of long markers that face the camera: less by so much for each end beyond which the "
-        "class goes on, for each that lies beyond its class, and if all of their sides had no edge, but for what is "
-        "outermost beside the latter; more by so many times the logarithm of votes",
+        "class goes on, or may beneath what begins there, for each that lies beyond its class and beneath nothing, and "
+        "if all of their sides had no edge, but for what is outermost beside the latter; more by so many times the "
+        "logarithm of votes",
         low=0,
         high=100,
         length=4,

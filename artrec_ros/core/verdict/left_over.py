@@ -27,17 +27,16 @@ from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
 from ..model.found import Detection, Missing
-from ..model.kinematics import Frames, Kinematics
+from ..model.kinematics import Frames
 from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.through_middles import Middles
+from .apart import Apart
 from .claims import unexplained
 from .verdicts import Verdict
-
-_DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
 
 
 class LeftOver(NamedTuple):
@@ -90,7 +89,7 @@ class LeftOvers:
         self._numbers = numbers_told(surface, *((2, 3) if finder.facing else (3, 6)))
         self._of = surface.component[surface.markers]
         self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
-        self._reach = _reach(self._kin, self._middle, self._of)
+        self._apart = Apart(surface, finder.config)
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
         self._spares = dict[frozenset[int], float]()
@@ -227,7 +226,7 @@ class LeftOvers:
             if not alike.any():
                 continue
             own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
-            within_px = self._within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
+            within_px = self._apart.within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
             near = alike & (off <= within_px).all(axis=1)
             if near.any():
                 out[c] = np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)
@@ -249,26 +248,6 @@ class LeftOvers:
         ratio = self._config.verdict.left_over_ratio
         share = area_px[:, None] / np.maximum(size_px, 1e-9)
         return np.asarray(((share <= ratio) & (share >= 1 / ratio)).any(axis=1))
-
-    def _within_px(self, component: int, shown: NDArray[np.int64], scale: Array) -> Array:
-        """(B, n) how far from each of some markers a component's can be, at scales (B, n), and by its size and a
-        share of that farther: lengths may be off by as much."""
-        beside = 2 * np.sqrt(self._area[self._of == component].max() / np.pi)
-        farther = 1 + self._config.verdict.lengths_off
-        return np.asarray((farther * self._reach[component, self._of[shown]] + beside) * scale, np.float64)
-
-    def farthest_px(self, scale: float) -> float:
-        """How far apart two components can be, where lengths are off."""
-        return float(self._reach.max() * (1 + self._config.verdict.lengths_off) * scale)
-
-    def off_px(self, seen: Sequence[int], scale: float) -> Array:
-        """(C,) how far each component may lie from where a pose has it by what is seen, where lengths are off."""
-        marker = np.searchsorted(self._of, np.arange(len(self._reach)))
-        beside = 2 * np.sqrt(self._area[marker] / np.pi)
-        others = np.where(np.eye(len(beside), dtype=bool), np.inf, self._reach)[:, seen]
-        nearest = others.min(axis=1, initial=np.inf)
-        off = np.where(np.isfinite(nearest), self._config.verdict.lengths_off * nearest, 0.0)
-        return np.asarray((beside + off) * scale, np.float64)
 
     def _spare(self, seen: frozenset[int]) -> float:
         """By how many numbers the places of what is seen tell more than a pose and the joints between them have; where
@@ -304,19 +283,3 @@ def in_doubt_of(finder: WholeObjectFinder, detection: Detection, left: LeftOver)
     return replace(
         detection, score=score, as_told=detection.as_told * share, joint_deviations=deviations, missing=lacks
     )
-
-
-def _reach(kin: Kinematics, middle: Array, of: NDArray[np.int64]) -> Array:
-    """(C, C) how far apart two components' markers can be, metres: the most of many ways to bend all joints.
-
-    :param middle: (M, 3) of each marker, in its component's frame. :param of: (M,) its component.
-    """
-    rng, n = np.random.default_rng(0), kin.n_joints
-    q = rng.uniform(kin.lower, kin.upper, (_DRAWS, n))
-    q = np.where(rng.random(q.shape) < _ENDS, np.where(rng.random(q.shape) < 0.5, kin.lower, kin.upper), q)
-    frames = kin.in_object(np.ascontiguousarray(q))
-    at = (frames.R[:, of] @ middle[:, :, None])[..., 0] + frames.t[:, of]
-    out = np.zeros((len(kin.parent), len(kin.parent)))
-    for m, c in enumerate(of.tolist()):
-        np.maximum.at(out, (c, of), np.linalg.norm(at - at[:, m : m + 1], axis=2).max(axis=0))
-    return np.maximum(out, out.T)

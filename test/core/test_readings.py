@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
+import legs
 import numpy as np
 import pytest
 from legs import PX_PER_M, RADIUS, SIZE, along, disc
@@ -72,3 +75,16 @@ def test_as_many_are_wanted_as_are_told():
     """What labels do not confirm in a first search may be found in a second one."""
     at = places(shank=0.94)
     assert len(told(*at, min_components=3).components) == len(told(*at).components) == 3
+
+
+def test_what_has_too_few_components_takes_no_place_of_what_occurs_once():
+    """Though those that it has speak for it more than all four of a ragged one."""
+    target = legs.leg()
+    ragged = legs.picture(legs.places(hip=(120.0, 60.0)))
+    ragged[np.random.default_rng(1).random(ragged.shape) < 0.44] = 0
+    cut = legs.picture(legs.places(hip=(360.0, 139.0)))  # its toe is out of the picture
+    config = settings(time_budget_ms=60000.0, min_scale=90.0, max_scale=110.0, min_components=4)
+    once = Target("leg", replace(target.model, unique=True), target.label)
+    engine = Recognizer((once,), config, Segmenter(ImageConfig()))
+    (found,) = engine.recognize(np.where(cut > 0, cut, ragged), None).detections
+    assert len(found.components) == 4 and found.image.x < 200

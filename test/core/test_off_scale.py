@@ -10,6 +10,7 @@ from settings import settings
 from squares import TEAM, Placing, patch, rendered
 
 from artrec_ros.core.base.config import ImageConfig, PlaneConfig, SceneConfig
+from artrec_ros.core.geometry.scene import Scene
 from artrec_ros.core.geometry.transforms import Pose, wrap_angle
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
@@ -57,6 +58,14 @@ def test_what_is_drawn_too_narrow_is_told_at_a_size_that_the_plane_has(turn):
     (told,) = found(target, image, scene=below(0.05)).detections
     assert told.image.scale < 1.051 * SCALE and told.score > 0.7
     assert abs(wrap_angle(told.image.theta + turn)) < 0.1  # it leans on one side
+
+
+def test_what_a_fit_holds_at_the_end_of_the_planes_tolerance_is_within_it():
+    """Whatever its rounding."""
+    scene = Scene.of(below(0.1))
+    ends = scene.scale_limits(np.full((1, 2), 50.0))[0]
+    scales = np.outer(ends, (1 - 1e-12, 1 + 1e-12)).ravel()
+    assert scene.reasons(np.full((4, 2), 50.0), scales) == [None] * 4
 
 
 def squares(times, scene_scale=1.0, limits=False):

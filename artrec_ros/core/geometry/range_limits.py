@@ -16,6 +16,8 @@ from ..base.errors import ConfigError
 from .camera import Camera
 from .transforms import Array
 
+ROUNDING = 1e-6  # share of a limit: a fit that it holds comes to lie on it
+
 
 class RangeLimits(NamedTuple):
     """Least and greatest depth, metres; infinite: any."""

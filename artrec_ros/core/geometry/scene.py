@@ -13,6 +13,7 @@ from ..base.errors import ConfigError
 from .camera import Camera
 from .field_plane import FieldPlane
 from .floor import Floor
+from .range_limits import ROUNDING
 from .transforms import Array
 
 _LEAST_AREA_PX = 1.0
@@ -88,7 +89,7 @@ class Scene:
             return out
         limits, known = self.scale_limits(pixels), self.plane.scales(pixels)
         for i, (scale, (least, most)) in enumerate(zip(scales, limits, strict=True)):
-            if out[i] is None and not least <= scale <= most:
+            if out[i] is None and not least / (1 + ROUNDING) <= scale <= most * (1 + ROUNDING):
                 out[i] = _off_scale(float(scale), float(known[i]))
         return out
 

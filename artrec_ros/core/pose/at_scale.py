@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
 from ..geometry.projection import project
-from ..geometry.range_limits import scale_limits
+from ..geometry.range_limits import ROUNDING, scale_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
 from .pose_fit import Fit
@@ -24,8 +24,6 @@ from .poses import Poses
 from .required_place import RequiredPlace
 from .scale_deviation import scale_deviations
 from .voter import Voter
-
-_ROUNDING = 1e-6
 
 
 class OffScale(NamedTuple):
@@ -81,8 +79,8 @@ class AtScale:
         told, (scale, limits) = OffScale.of_none(len(poses)), self._scales(frame, poses)
         inside = np.stack([scale - limits[:, 0], limits[:, 1] - scale]) / scale
         # a fit leads no farther than a step or so
-        asked = (inside > -_ROUNDING).all(axis=0) & (inside.min(axis=0) < self._config.fit.most_shift)
-        rows = np.flatnonzero(asked & (np.abs(poses.R[:, 2, 2]) > 1 - _ROUNDING))
+        asked = (inside > -ROUNDING).all(axis=0) & (inside.min(axis=0) < self._config.fit.most_shift)
+        rows = np.flatnonzero(asked & (np.abs(poses.R[:, 2, 2]) > 1 - ROUNDING))
         if not len(rows):
             return told
         begun, limits = poses[rows], limits[rows]
@@ -109,7 +107,7 @@ class AtScale:
         scale, limits = self._scales(frame, poses)
         kept = np.clip(scale, *limits.T)
         farther = np.where(kept > 0, scale / np.where(kept > 0, kept, 1.0) - 1, 0.0)
-        farther[np.abs(farther) < _ROUNDING] = 0.0
+        farther[np.abs(farther) < ROUNDING] = 0.0
         return Poses(poses.R, poses.t + self._required.anchors(poses) * farther[:, None], poses.q)
 
     def _scales(self, frame: ImageFrame, poses: Poses) -> tuple[Array, Array]:

@@ -8,9 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..base.config import RecognizerConfig
+from ..geometry.range_limits import ROUNDING
 from ..geometry.transforms import Array
 
-_ROUNDING = 1 + 1e-6  # a fit that a limit holds comes to lie on it
+_ROUNDING = 1 + ROUNDING
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,13 @@ import pytest
 from legs import PX_PER_M, RADIUS, SIZE, along, disc
 from settings import settings
 
+from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.readings import Readings
 
 THIGH, SHANK, LABEL = 1.2, 1.05, 1
 NAMES = "hip", "knee", "ankle"
@@ -39,13 +41,21 @@ def places(shank=1.0, turn=1.2, bend=-0.7, hip=(220.0, 40.0)):
     return np.array(hip) + PX_PER_M * np.concatenate([np.zeros((1, 2)), np.cumsum(steps, axis=0)])
 
 
-def told(*discs, **changes):
+def picture(*discs):
     labels = np.zeros(SIZE[::-1], np.uint8)
     for at in discs:
         centre = np.rint(16 * np.asarray(at)).astype(int).tolist()
         cv2.circle(labels, centre, int(16 * RADIUS * PX_PER_M), LABEL, cv2.FILLED, shift=4)
+    return labels
+
+
+def recognizer(target, **changes):
     config = settings(time_budget_ms=60000.0, min_scale=85.0, max_scale=115.0, **changes)
-    (found,) = Recognizer((leg(),), config, Segmenter(ImageConfig())).recognize(labels, None).detections
+    return Recognizer((target,), config, Segmenter(ImageConfig()))
+
+
+def told(*discs, **changes):
+    (found,) = recognizer(leg(), **changes).recognize(picture(*discs), None).detections
     return found
 
 
@@ -77,14 +87,29 @@ def test_as_many_are_wanted_as_are_told():
     assert len(told(*at, min_components=3).components) == len(told(*at).components) == 3
 
 
+@pytest.mark.parametrize("late", [False, True])
+def test_readings_are_compared_object_by_object_until_the_time_is_over(monkeypatch, late):
+    target, compared, original = leg(), list[int](), Readings._worse
+    engine = recognizer(Target("leg", replace(target.model, unique=False), target.label))
+
+    def noted(self, *args):
+        compared.append(1)
+        if late:
+            monkeypatch.setattr(deadline.time, "perf_counter", lambda: np.inf)
+        return original(self, *args)
+
+    monkeypatch.setattr(Readings, "_worse", noted)
+    image = picture(*places(0.9, hip=(80.0, 40.0)), *places(0.9, hip=(300.0, 40.0)))
+    assert len(engine.recognize(image, None).detections) == 2
+    assert (len(compared) == 1) == late
+
+
 def test_what_has_too_few_components_takes_no_place_of_what_occurs_once():
     """Though those that it has speak for it more than all four of a ragged one."""
     target = legs.leg()
     ragged = legs.picture(legs.places(hip=(120.0, 60.0)))
     ragged[np.random.default_rng(1).random(ragged.shape) < 0.44] = 0
     cut = legs.picture(legs.places(hip=(360.0, 139.0)))  # its toe is out of the picture
-    config = settings(time_budget_ms=60000.0, min_scale=90.0, max_scale=110.0, min_components=4)
-    once = Target("leg", replace(target.model, unique=True), target.label)
-    engine = Recognizer((once,), config, Segmenter(ImageConfig()))
+    engine = recognizer(Target("leg", replace(target.model, unique=True), target.label), min_components=4)
     (found,) = engine.recognize(np.where(cut > 0, cut, ragged), None).detections
     assert len(found.components) == 4 and found.image.x < 200

@@ -81,7 +81,7 @@ class Readings:
         self, poses: Poses, accepted: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob]
     ) -> Poses | None:
         """Candidates without those that are worse readings of what an accepted object lies on than another one; None:
-        there are no such.
+        there are no such, or no time is left to find them.
 
         :param poses: all candidates. :param accepted: objects of all targets. :param blobs: of the frame.
         """
@@ -93,6 +93,8 @@ class Readings:
         kept, more = np.ones(len(poses), bool), list[Poses]()
         hit = self._hit(frame, poses, left.seen)
         for verdict in mine:
+            if frame.deadline.expired:
+                break
             own = self._hit(frame, verdict.poses, left.seen)[0] & ~left.free
             others = ~left.free & ~own
             rows = np.flatnonzero((hit & own).any(axis=1) & ~(hit & others).any(axis=1))

@@ -46,7 +46,7 @@ class FacingStage:
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge = Judge.of(config)
-        # how many components are told is known when all are at rest: until then one may lack some
+        # a second look may find components that an object lacks at first
         self._search_judge = replace(self._judge, min_components=0)
         self._left_over = LeftOverLooks([s.finder for s in self._searches])
         self._readings = {d.finder: d.readings for d in self.describers if d.readings is not None}
@@ -113,7 +113,12 @@ class FacingStage:
         :param recall: what earlier frames say of this one.
         """
         found, shared = self._candidates(faced, blobs, limits, recall)
-        return (found, shared) if faced.deadline.expired else self._best_read(found, shared, faced, blobs)
+        if not faced.deadline.expired:
+            found, shared = self._best_read(found, shared, faced, blobs)
+        if any(self._judge.lacks_components(v) for v in shared.accepted):  # second looks found no more of them
+            again, in_time = self._shared_out(found, faced, Looks(), self._judge)
+            shared = again if in_time else shared
+        return found, shared
 
     def _candidates(
         self, faced: ImageFrame, blobs: Sequence[Blob], limits: ScaleLimits, recall: Recall | None
@@ -218,10 +223,15 @@ class FacingStage:
 
     def _again(self, faced: ImageFrame, found: Found) -> Shared | None:
         """`share_out` of what is left of candidates; None: not all could be judged."""
-        shared, in_time = self._shared_out(found, faced, Looks())
+        shared, in_time = self._shared_out(found, faced, Looks(), self._judge)
         return shared if in_time else None
 
-    def _shared_out(self, found: Found, frame: ImageFrame, looks: Looks) -> tuple[Shared, bool]:
-        """`share_out` of them, and whether a share of the time that is left was enough to judge them all."""
+    def _shared_out(
+        self, found: Found, frame: ImageFrame, looks: Looks, judge: Judge | None = None
+    ) -> tuple[Shared, bool]:
+        """`share_out` of them, and whether a share of the time that is left was enough to judge them all.
+
+        :param judge: None: the one of the search.
+        """
         hurried = frame.hurried(self._config.facing.judge_share)
-        return share_out(found, hurried, self._search_judge, looks), not hurried.deadline.hit
+        return share_out(found, hurried, judge or self._search_judge, looks), not hurried.deadline.hit

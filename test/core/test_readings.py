@@ -13,6 +13,7 @@ from settings import settings
 
 from artrec_ros.core.base import deadline
 from artrec_ros.core.base.config import ImageConfig
+from artrec_ros.core.facing_stage import FacingStage
 from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.objects import Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
@@ -113,3 +114,14 @@ def test_what_has_too_few_components_takes_no_place_of_what_occurs_once():
     engine = recognizer(Target("leg", replace(target.model, unique=True), target.label), min_components=4)
     (found,) = engine.recognize(np.where(cut > 0, cut, ragged), None).detections
     assert len(found.components) == 4 and found.image.x < 200
+
+
+def test_what_has_too_few_components_is_not_offered_again(monkeypatch):
+    """That is known before all is described: of each thing that falls there all is shared out and described anew."""
+    again, original = list[int](), FacingStage._again
+    monkeypatch.setattr(FacingStage, "_again", lambda *args: again.append(1) or original(*args))
+    cut = places(hip=(360.0, 121.0))[:2]  # another leg's; its ankle is out of the picture
+    target = leg()
+    engine = recognizer(Target("leg", replace(target.model, unique=False), target.label), min_components=3)
+    (found,) = engine.recognize(picture(*places(hip=(120.0, 40.0)), *cut), None).detections
+    assert len(found.components) == 3 and not again

@@ -67,14 +67,7 @@ class Describer:
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         rest = at_rest(self.finder, mine, verdicts, frame)
         seen = self._shown.seen(rest, self._shown.parts(rest, frame, {}))
-        wanted = min(judge.min_components, len(self.finder.target.model.components))
-        rows = np.array([n for n, shown in enumerate(seen) if len(shown) >= wanted], np.int64)  # others are not told
-        if not self._identifier.may_be_surplus(len(rows)):
-            return mine, []
-        surplus = np.zeros(len(mine), bool)
-        surplus[rows] = self._identifier.surplus(
-            frame, rest.poses[rows], [seen[n] for n in rows], alone.probability[rows], alone.claims.votes[rows]
-        )
+        surplus = self._identifier.surplus(frame, rest.poses, seen, alone.probability, alone.claims.votes)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
         left_out = [alone[i] for i in none_left]  # as they were compared
         if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again

@@ -110,6 +110,10 @@ class Judge:
         held = self.reach.holds(claims.depth_m, claims.scale) & np.array([m is None for m in claims.misplaced], bool)
         return np.asarray(enough & shown & held & verdicts.has_direction & verdicts.is_free)
 
+    def lacks_components(self, verdict: Verdict) -> bool:
+        """Whether fewer of its components are confirmed than are wanted."""
+        return sum(verdict.confirmed) < min(self.min_components, len(verdict.confirmed))
+
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
         return verdict.required_shown or bool(self.unseen and _WITHOUT_REQUIRED[verdict.among.case[verdict.row]])

@@ -19,6 +19,7 @@ from ..geometry.projection import project
 from ..geometry.range_limits import ROUNDING, scale_limits
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from .pose_fit import Fit
 from .poses import Poses
 from .required_place import RequiredPlace
@@ -53,6 +54,7 @@ class AtScale:
         self._plain = voter.surface.swollen(0.0)  # deviations know nothing of markers that look larger than they are
         self._required = RequiredPlace(voter.surface.model, voter.surface)
         self._fit, self._limits = Fit(voter.surface, config.fit, facing=True), scale_limits(config, None)
+        self._asked: tuple[LabelField, dict[bytes, tuple[float, ...]]] | None = None  # of one image, by poses
 
     def fitted(
         self, frame: ImageFrame, poses: Poses, used: NDArray[np.bool_] | None = None
@@ -75,7 +77,21 @@ class AtScale:
 
     def off_scale(self, frame: ImageFrame, poses: Poses) -> OffScale:
         """How far beyond the limits poses within them look, where fits lead that know no limit, but for a normal
-        deviation: that of these. Fits to which the labels object were led astray, and say nothing."""
+        deviation: that of these. Fits to which the labels object were led astray, and say nothing. Each pose is asked
+        once in an image: many are judged again and again."""
+        asked = self._asked
+        if asked is None or asked[0] is not frame.field:
+            asked = self._asked = frame.field, {}
+        known, keys = asked[1], [poses[n : n + 1].key for n in range(len(poses))]
+        new = [n for n, key in enumerate(keys) if key not in known]
+        if new:
+            found = self._off_scale(frame, poses[np.array(new)])
+            known.update(zip((keys[n] for n in new), zip(*(of.tolist() for of in found), strict=True), strict=True))
+        told = np.reshape([known[key] for key in keys], (len(keys), len(OffScale._fields)))
+        return OffScale(*told.T.astype(float))
+
+    def _off_scale(self, frame: ImageFrame, poses: Poses) -> OffScale:
+        """As `off_scale`."""
         told, (scale, limits) = OffScale.of_none(len(poses)), self._scales(frame, poses)
         inside = np.stack([scale - limits[:, 0], limits[:, 1] - scale]) / scale
         # a fit leads no farther than a step or so

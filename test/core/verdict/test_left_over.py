@@ -17,8 +17,10 @@ from artrec_ros.core.model.found import Detection, ImagePose
 from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.objects import ObjectModel
 from artrec_ros.core.pose.finder import WholeObjectFinder
+from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
+from artrec_ros.core.verdict.apart import Apart
 from artrec_ros.core.verdict.left_over import LeftOver, LeftOvers
 
 LIMITS = {"time_budget_ms": 60000.0, "min_scale": 85.0, "max_scale": 118.0}
@@ -92,8 +94,8 @@ def test_what_is_borne_out_more_than_once_stands():
 
 
 def test_reach_is_how_far_apart_joints_let_components_be():
-    left = LeftOvers(WholeObjectFinder(leg(), settings(**LIMITS), facing=True))
-    reach = left._reach
+    config = settings(**LIMITS)
+    reach = Apart(SpatialModel(leg().model, leg().label, config.votes), config)._reach
     assert np.allclose(reach, reach.T) and np.allclose(np.diag(reach), 0)
     assert reach[0, 1] == pytest.approx(THIGH) and reach[1, 2] == pytest.approx(SHANK)
     assert THIGH + SHANK - 0.02 < reach[0, 2] <= THIGH + SHANK + 1e-9

@@ -79,38 +79,40 @@ class AtScale:
         """How far beyond the limits poses within them look, where fits lead that know no limit, but for a normal
         deviation: that of these. Fits to which the labels object were led astray, and say nothing. Each pose is asked
         once in an image: many are judged again and again."""
+        told, rows = OffScale.of_none(len(poses)), self._near_limits(frame, poses)
         asked = self._asked
         if asked is None or asked[0] is not frame.field:
             asked = self._asked = frame.field, {}
-        known, keys = asked[1], [poses[n : n + 1].key for n in range(len(poses))]
-        new = [n for n, key in enumerate(keys) if key not in known]
+        known, keys = asked[1], {int(n): poses[n : n + 1].key for n in rows}
+        new = [n for n, key in keys.items() if key not in known]
         if new:
             found = self._off_scale(frame, poses[np.array(new)])
             known.update(zip((keys[n] for n in new), zip(*(of.tolist() for of in found), strict=True), strict=True))
-        told = np.reshape([known[key] for key in keys], (len(keys), len(OffScale._fields)))
-        return OffScale(*told.T.astype(float))
+        for n, key in keys.items():
+            told.odds[n], told.scale[n], told.limit[n] = known[key]
+        return told
+
+    def _near_limits(self, frame: ImageFrame, poses: Poses) -> NDArray[np.int64]:
+        """Which poses are within the limits, and no farther than a step or so: a fit leads no farther."""
+        scale, limits = self._scales(frame, poses)
+        inside = np.stack([scale - limits[:, 0], limits[:, 1] - scale]) / scale
+        near = (inside > -ROUNDING).all(axis=0) & (inside.min(axis=0) < self._config.fit.most_shift)
+        return np.flatnonzero(near & (np.abs(poses.R[:, 2, 2]) > 1 - ROUNDING))
 
     def _off_scale(self, frame: ImageFrame, poses: Poses) -> OffScale:
-        """As `off_scale`."""
-        told, (scale, limits) = OffScale.of_none(len(poses)), self._scales(frame, poses)
-        inside = np.stack([scale - limits[:, 0], limits[:, 1] - scale]) / scale
-        # a fit leads no farther than a step or so
-        asked = (inside > -ROUNDING).all(axis=0) & (inside.min(axis=0) < self._config.fit.most_shift)
-        rows = np.flatnonzero(asked & (np.abs(poses.R[:, 2, 2]) > 1 - ROUNDING))
-        if not len(rows):
-            return told
-        begun, limits = poses[rows], limits[rows]
-        use = self._voter.supports(frame, begun)
-        free = self._freely(frame, begun, use)
+        """As `off_scale`, of those near the limits."""
+        told, limits = OffScale.of_none(len(poses)), self._scales(frame, poses)[1]
+        use = self._voter.supports(frame, poses)
+        free = self._freely(frame, poses, use)
         scale = self._scales(frame, free)[0]
         limit = np.clip(scale, *limits.T)
-        votes = self._voter.votes(frame, Poses.concatenate([begun, free]), occlusion=True).reshape(2, -1)
+        votes = self._voter.votes(frame, Poses.concatenate([poses, free]), occlusion=True).reshape(2, -1)
         at = np.flatnonzero((scale != limit) & (votes[1] > self._config.verdict.size_votes * votes[0]))
         sigma = scale_deviations(self._plain, frame, free[at], use[at], self._config)
         sigma = np.hypot(sigma, self._config.constraints.model_noise)  # however well edges tell, lengths are off
         off = np.abs(np.log(scale[at] / limit[at])) / sigma
-        told.odds[rows[at]] = [-math.log(max(math.erfc(d / math.sqrt(2)), 1e-300)) for d in off]
-        told.scale[rows[at]], told.limit[rows[at]] = scale[at], limit[at]
+        told.odds[at] = [-math.log(max(math.erfc(d / math.sqrt(2)), 1e-300)) for d in off]
+        told.scale[at], told.limit[at] = scale[at], limit[at]
         return told
 
     def _freely(self, frame: ImageFrame, poses: Poses, use: NDArray[np.bool_]) -> Poses:

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import cv2
 import numpy as np
-from lone_turns import FINE, SIDE, Rng, base_of, with_feature
+from lone_turns import FINE, SIDE, Rng, base_of, spoilt, tell_in_bins, with_feature
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 from tqdm import tqdm
@@ -119,14 +119,7 @@ def image_of(true: Sequence[Piece], size_px: float, rng: Rng) -> NDArray[np.uint
         light.append(cv2.GaussianBlur(seen, (0, 0), blur) + rng.normal(0, 25, seen.shape))
     most = np.argmax([cv2.GaussianBlur(of, (0, 0), 0.5) for of in light], axis=0)
     labels = np.where(most > 0, most - 1 + FIRST_LABEL, 0).astype(np.uint8)
-    for _ in range(rng.integers(0, 3)):  # glare, dirt
-        middle = rng.normal(SIDE / 2, size_px / 2, 2)
-        cv2.circle(labels, np.rint(middle).astype(int).tolist(), int(rng.uniform(0, 0.04) * size_px), 0, -1)
-    if rng.random() < 0.2:  # somebody's finger
-        ends = rng.normal(SIDE / 2, size_px / 2, (2, 2))
-        ends = np.rint(ends + (ends - ends.mean(axis=0)) * 9).astype(int)
-        cv2.line(labels, ends[0].tolist(), ends[1].tolist(), 0, max(int(0.15 * size_px), 1))
-    return labels
+    return spoilt(labels, size_px, rng)
 
 
 def target_of(name: str, pieces: Sequence[Piece]) -> Target:
@@ -199,11 +192,7 @@ def log_loss(weights: Array, rows: Sequence[Row]) -> float:
 
 def report(name: str, p: Array, right: NDArray[np.bool_]) -> None:
     print(f"{name}: {len(p)}, {np.mean(right):.3f} right")
-    for low, high in ((0.0, 0.5), (0.5, 0.6), (0.6, 0.75), (0.75, 0.9), (0.9, 0.97), (0.97, 1.01)):
-        inside = (p >= low) & (p < high)
-        if inside.any():
-            said, true = p[inside].mean(), right[inside].mean()
-            print(f"  said {low:.2f} to {min(high, 1):.2f}: {inside.sum()} pictures, {said:.3f} said, {true:.3f} right")
+    tell_in_bins(p, right, (0.0, 0.5, 0.6, 0.75, 0.9, 0.97, 1.01))
 
 
 def main() -> None:

@@ -12,6 +12,8 @@ Fitted on even-numbered worlds, told of odd ones; seeded.
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import cv2
@@ -102,6 +104,11 @@ def image_of(true: Array, size_px: float, turn: float, rng: Rng) -> NDArray[np.u
     light = cv2.resize(canvas, (SIDE, SIDE), interpolation=cv2.INTER_AREA).astype(np.float32)
     light = cv2.GaussianBlur(light, (0, 0), rng.uniform(0.3, 1.2)) + rng.normal(0, 25, light.shape)
     labels = np.where(cv2.GaussianBlur(light, (0, 0), 0.5) > 127, LABEL, 0).astype(np.uint8)
+    return spoilt(labels, size_px, rng)
+
+
+def spoilt(labels: NDArray[np.uint8], size_px: float, rng: Rng) -> NDArray[np.uint8]:
+    """With what lies over an object in the middle."""
     for _ in range(rng.integers(0, 3)):  # glare, dirt
         middle = rng.normal(SIDE / 2, size_px / 2, 2)
         cv2.circle(labels, np.rint(middle).astype(int).tolist(), int(rng.uniform(0, 0.04) * size_px), 0, -1)
@@ -184,7 +191,12 @@ def report(name: str, weights: Array, rows: list[Row]) -> None:
     first = np.mean([r.right == 0 for r in rows])
     print(f"{name}: {len(rows)} pictures, in which what was found is right in {first:.3f},")
     print(f"  the likeliest turn in {np.mean(right):.3f}; log loss {log_loss(weights, rows):.3f}")
-    for low, high in ((0.0, 0.6), (0.6, 0.75), (0.75, 0.9), (0.9, 0.97), (0.97, 1.01)):
+    tell_in_bins(p, right, (0.0, 0.6, 0.75, 0.9, 0.97, 1.01))
+
+
+def tell_in_bins(p: Array, right: NDArray[np.bool_], edges: Sequence[float]) -> None:
+    """How many are right of what is said with about one probability."""
+    for low, high in pairwise(edges):
         inside = (p >= low) & (p < high)
         if inside.any():
             said, true = p[inside].mean(), right[inside].mean()

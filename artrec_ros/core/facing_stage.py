@@ -46,8 +46,7 @@ class FacingStage:
         self._searches = [FacingSearch(WholeObjectFinder(t, config, codes, facing=True), config) for t in targets]
         self.describers = [Describer(s.finder) for s in self._searches]
         self._judge = Judge.of(config)
-        # a second look may find components that an object lacks at first
-        self._search_judge = replace(self._judge, min_components=0)
+        self._search_judge = self._judge.seeking
         self._left_over = LeftOverLooks([s.finder for s in self._searches])
         self._readings = {d.finder: d.readings for d in self.describers if d.readings is not None}
         self._placer = PlanePlacer(targets, config)

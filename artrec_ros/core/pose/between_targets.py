@@ -9,14 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.codes import OUTSIDE, OWNED
 from ..image.image_frame import ImageFrame
-from .differing import differing_px
+from .differing import differing_px, outlines_of
 from .finder import WholeObjectFinder
 from .poses import Poses
-from .turn_evidence import Evidence, scatters, share_of_votes
+from .turn_evidence import Evidence, scatters, share_of_votes, signed_ratio
 
 
 class Laid(NamedTuple):
@@ -67,11 +66,9 @@ def _differing(frame: ImageFrame, own: Laid, rival: Laid) -> Array:
 def _shapes(frame: ImageFrame, one: Laid) -> dict[tuple[int, ...], list[Array]]:
     """Outlines (n, 2) of all markers, by their classes."""
     surface, out = one.finder.surface, dict[tuple[int, ...], list[Array]]()
-    frames = surface.kinematics.seen(one.pose.R, one.pose.t, one.pose.q)
-    for p in surface.markers.tolist():
-        drawn = surface.patches[p].drawn[3:]
-        X = surface.place(frames, drawn, np.full(len(drawn), surface.component[p]))
-        out.setdefault(surface.patches[p].labels, []).append(project(frame.camera, X[0]))
+    for marker, p in enumerate(surface.markers.tolist()):
+        outline = outlines_of(surface, frame, one.pose, marker)[0]
+        out.setdefault(surface.patches[p].labels, []).append(outline)
     return out
 
 
@@ -83,6 +80,4 @@ def _by_contours(frame: ImageFrame, own: Laid, rival: Laid) -> Array:
         use = finder.surface.sides.with_all(used)
         scatter[n], points[n] = (float(value[0]) for value in scatters(finder, frame, pose, use, np.ones_like(use)))
         shown[n] = used.sum()
-    ratio = points.mean() / 2 * (scatter[0] - scatter[1]) if (points > 0).all() else 0.0
-    ratio = min(ratio, 0.0) if shown[0] > shown[1] else max(ratio, 0.0) if shown[1] > shown[0] else ratio
-    return np.array([np.sign(ratio) * np.sqrt(abs(ratio))])
+    return signed_ratio(scatter[:, None], points[:, None], (shown > shown[::-1])[:, None])

@@ -105,9 +105,9 @@ class MarkerPixels:
         return self._known[1]
 
 
-def outlines_of(surface: SpatialModel, frame: ImageFrame, poses: Poses) -> Array:
-    """(H, n, 2) pixels: of the one marker at each pose."""
-    (row,) = surface.markers.tolist()
+def outlines_of(surface: SpatialModel, frame: ImageFrame, poses: Poses, marker: int = 0) -> Array:
+    """(H, n, 2) pixels: of one of the markers at each pose."""
+    row = int(surface.markers[marker])
     drawn = surface.patches[row].drawn[3:]
     frames = surface.kinematics.seen(poses.R, poses.t, poses.q)
     X = surface.place(frames, drawn, np.full(len(drawn), surface.component[row]))

@@ -19,6 +19,7 @@ from ..image.codes import LABELS, Codes
 from ..image.image_frame import ImageFrame
 from ..model.target import Target
 from .alternatives import Alternatives
+from .apart import Apart
 from .at_scale import AtScale
 from .bending import Bending
 from .climber import Climb, Climber
@@ -126,6 +127,11 @@ class WholeObjectFinder:
         self.refit = Refit(self.surface, self.voter.value, self.config, facing=self.facing)
         self.rest = Resting(self.voter, self.climber, self.config, facing=self.facing)
         self.at_scale = AtScale(self.voter, self.config) if self.facing else None
+
+    @cached_property
+    def apart(self) -> Apart:
+        """How far apart its components can be."""
+        return Apart(self.surface, self.config)
 
     @cached_property
     def through_middles(self) -> ThroughMiddles:

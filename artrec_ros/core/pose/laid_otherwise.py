@@ -20,6 +20,12 @@ from .turn_evidence import odds_by_seen
 from .unseen import in_view, log_unseen
 
 
+def shares_beside(log_odds: Array | Sequence[float]) -> Array:
+    """(1 + K,) probabilities of what is told, and of K others of such log odds against it."""
+    worth = np.append(0.0, log_odds)
+    return np.asarray(np.exp(worth - np.logaddexp.reduce(worth)))
+
+
 class LaidOtherwise(NamedTuple):
     """Of one object. :ivar poses: (K,) other ones. :ivar log_odds: (K,) that each is the true one, not the told one."""
 
@@ -28,8 +34,7 @@ class LaidOtherwise(NamedTuple):
 
     def shares(self) -> Array:
         """(1 + K,) probabilities of the one that is told, and of these."""
-        worth = np.append(0.0, self.log_odds)
-        return np.asarray(np.exp(worth - np.logaddexp.reduce(worth)))
+        return shares_beside(self.log_odds)
 
     def told_as(self, row: int, pose: Poses) -> LaidOtherwise:
         """Of the object that is told as one of these. :param pose: as it was told."""

@@ -144,17 +144,26 @@ def contour_evidence(
         values.reshape(2, h)
         for values in scatters(finder, frame, both, use.reshape(2 * h, -1), np.tile(differ, (2, 1)))
     )
-    ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
     # who rests on fewer markers fits these better without being right: that does not count for it
     lacks = np.asarray((used[:, None] & ~used & differ).any(axis=-1))
     alone = lacks[(0, 1), (1, 0)]  # (2, H) whether either shows one that the other lacks
     if exchanged:
         shown = used.sum(axis=-1)
         alone = shown > shown[::-1]
+    against = frame.scene.odds_against(both.R, both.t)
+    return Evidence(np.log(share), signed_ratio(scatter, points, alone), against[:h] - against[h:])
+
+
+def signed_ratio(scatter: Array, points: Array, alone: NDArray[np.bool_]) -> Array:
+    """(H,) `Evidence.contours` of two poses each.
+
+    :param scatter, points: (2, H) as of `scatters`. :param alone: (2, H) which of the two shows a marker that the other
+        one lacks: that it fits it no better does not count against it.
+    """
+    ratio = np.where((points > 0).all(axis=0), points.mean(axis=0) / 2 * (scatter[0] - scatter[1]), 0.0)
     ratio = np.where(alone[0], np.minimum(ratio, 0.0), ratio)
     ratio = np.where(alone[1], np.maximum(ratio, 0.0), ratio)
-    against = frame.scene.odds_against(both.R, both.t)
-    return Evidence(np.log(share), np.sign(ratio) * np.sqrt(np.abs(ratio)), against[:h] - against[h:])
+    return np.asarray(np.sign(ratio) * np.sqrt(np.abs(ratio)))
 
 
 def scatters(

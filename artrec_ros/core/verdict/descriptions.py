@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -47,12 +46,12 @@ class Describer:
         self.finder, self._in_view = finder, PartsInView(finder)
         self._identifier, self._missing, self._judge = Identifier(finder), MissingParts(finder), Judge.of(finder.config)
         if finder.facing:  # how many of its components are told is asked of what is described
-            self._judge = replace(self._judge, min_components=0)
+            self._judge = self._judge.seeking
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
         self._siblings = Siblings(finder)
         self._shown = ShownObjects(finder, self._identifier)
         self._chances = Chances(finder) if finder.facing else None
-        self.readings = Readings(finder, self._judge) if finder.facing else None
+        self.readings = None if self._chances is None else Readings(finder, self._judge, self._chances)
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge

@@ -48,7 +48,7 @@ def lack_of(d: Detection, finder: WholeObjectFinder, judge: Judge) -> str | None
     if d.there < judge.min_probability:  # one that may be bent otherwise, or turned about what is seen of it, is there
         return too_low(d.there, judge.min_probability, _why_low(d, judge.min_probability))
     model, seen = finder.target.model, {part.component for part in d.components}
-    wanted = min(judge.min_components, len(model.components))
+    wanted = judge.wanted(len(model.components))
     if len(seen) < wanted:
         return f"{len(seen)} of its components are sure enough to be told, {wanted} are wanted"
     if not seen:

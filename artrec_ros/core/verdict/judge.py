@@ -65,6 +65,15 @@ class Judge:
         """The same of candidates for what is known from frames before."""
         return replace(self, min_probability=self.least_known, asked=None)
 
+    @property
+    def seeking(self) -> Judge:
+        """The same before all is known: a second look may find components that an object lacks at first."""
+        return replace(self, min_components=0)
+
+    def wanted(self, components: int) -> int:
+        """Of so many components how many are to be there."""
+        return min(self.min_components, components)
+
     def is_complete(self, verdict: Verdict) -> bool:
         """Whether an object lacks nothing to speak of: what does may be another one, which has it."""
         return -verdict.evidence.missing <= self.little
@@ -103,7 +112,7 @@ class Judge:
     def accepts(self, verdicts: Verdicts) -> NDArray[np.bool_]:
         """(H,) whether each claim is an object, be it one that is not told (`tells`)."""
         claims, confirmed = verdicts.claims, verdicts.confirmed
-        wanted = min(self.min_components, confirmed.shape[1])
+        wanted = self.wanted(confirmed.shape[1])
         enough = self.may_stand(verdicts) & (verdicts.probability >= self.min_probability)
         # or it cannot be seen: that is no matter here
         shown = (verdicts.required_shown | _WITHOUT_REQUIRED[verdicts.case]) & (confirmed.sum(axis=1) >= wanted)
@@ -112,7 +121,7 @@ class Judge:
 
     def lacks_components(self, verdict: Verdict) -> bool:
         """Whether fewer of its components are confirmed than are wanted."""
-        return sum(verdict.confirmed) < min(self.min_components, len(verdict.confirmed))
+        return sum(verdict.confirmed) < self.wanted(len(verdict.confirmed))
 
     def shows_required(self, verdict: Verdict) -> bool:
         """Whether a claim's required component is confirmed, or cannot be seen where that is no matter."""
@@ -185,7 +194,7 @@ class Judge:
             return out_of_reach
         if verdict.claim.misplaced is not None:
             return verdict.claim.misplaced
-        confirmed, wanted = sum(verdict.confirmed), min(self.min_components, len(verdict.confirmed))
+        confirmed, wanted = sum(verdict.confirmed), self.wanted(len(verdict.confirmed))
         if confirmed < wanted:
             return f"{confirmed} of its components confirmed, {wanted} are wanted"
         if not verdict.among.has_direction[verdict.row]:

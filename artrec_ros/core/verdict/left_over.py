@@ -34,7 +34,6 @@ from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.through_middles import Middles
-from .apart import Apart
 from .claims import unexplained
 from .verdicts import Verdict
 
@@ -89,7 +88,6 @@ class LeftOvers:
         self._numbers = numbers_told(surface, *((2, 3) if finder.facing else (3, 6)))
         self._of = surface.component[surface.markers]
         self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
-        self._apart = Apart(surface, finder.config)
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
         self._spares = dict[frozenset[int], float]()
@@ -226,7 +224,7 @@ class LeftOvers:
             if not alike.any():
                 continue
             own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
-            within_px = self._apart.within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
+            within_px = self._finder.apart.within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
             near = alike & (off <= within_px).all(axis=1)
             if near.any():
                 out[c] = np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)

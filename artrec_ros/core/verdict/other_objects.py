@@ -20,6 +20,7 @@ from ..image.image_frame import ImageFrame
 from ..model.found import Detection, OtherObject
 from ..pose.between_targets import Laid, said_of
 from ..pose.finder import WholeObjectFinder
+from ..pose.laid_otherwise import shares_beside
 from ..pose.poses import Poses
 from .claims import silhouette
 from .judge import Judge
@@ -94,8 +95,7 @@ def beside_rivals(detection: Detection, rivals: Sequence[Rival]) -> Detection:
     """A detection that may be another target's object."""
     if not rivals:
         return detection
-    odds = np.array([0.0, *(rival.log_odds for rival in rivals)])
-    shares = np.exp(odds - np.logaddexp.reduce(odds)).tolist()
+    shares = shares_beside([rival.log_odds for rival in rivals]).tolist()
     best = max(range(1, len(shares)), key=shares.__getitem__)
     told, finder = as_it_lies(detection, shares[0]), rivals[best - 1].verdict.finder
     if shares[best] <= finder.config.verdict.least_other_turn:

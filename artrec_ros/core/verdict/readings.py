@@ -23,7 +23,6 @@ from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
-from .apart import Apart
 from .chance import Blobs, Chances, explains
 from .claims import left_by, unexplained
 from .judge import Judge
@@ -46,10 +45,9 @@ class Free(NamedTuple):
 class Readings:
     """Those of one target's objects that face the camera."""
 
-    def __init__(self, finder: WholeObjectFinder, judge: Judge) -> None:
+    def __init__(self, finder: WholeObjectFinder, judge: Judge, chances: Chances) -> None:
         surface = finder.surface
-        self.finder, self._judge, self._chances = finder, judge, Chances(finder)
-        self._apart = Apart(surface, finder.config)
+        self.finder, self._judge, self._chances = finder, judge, chances
         self._labels = {label for own in surface.labels for label in own}
         self._first = np.array([markers[0] for markers in surface.markers_of])
         self._radius = np.sqrt(surface.sides.blobs[1][self._first] / np.pi)
@@ -110,7 +108,7 @@ class Readings:
         be."""
         at, scale = self._at(frame, verdict.poses)[0, list(verdict.confirmed)], verdict.claim.scale
         off = np.linalg.norm(middles[:, None] - at, axis=2).max(axis=1, initial=0.0)
-        return self._as_large(seen, scale).any(axis=0) & (off <= self._apart.farthest_px(scale))
+        return self._as_large(seen, scale).any(axis=0) & (off <= self.finder.apart.farthest_px(scale))
 
     def _telling(self, accepted: Sequence[Verdict]) -> list[Verdict]:
         """Objects that explain what they lie on: of what occurs once no more than there are."""
@@ -205,7 +203,7 @@ class Readings:
         confirmed on none lies on one together with others: -1. :param at: (C, 2)"""
         shown = [c for c, yes in enumerate(confirmed) if yes]
         off = np.linalg.norm(at[:, None] - left.middles, axis=2)  # (C, B)
-        within = self._apart.off_px(shown, scale)[:, None]
+        within = self.finder.apart.off_px(shown, scale)[:, None]
         may = self.finder.surface.may_show.take(left.seen.label, axis=1) & its & self._as_large(left.seen, scale)
         near = np.where(may & (off <= within), off / within, np.inf)
         out = {c: (0.0, -1) for c in shown}

@@ -16,11 +16,11 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.model.found import Detection, ImagePose
 from artrec_ros.core.model.frame_result import FrameResult
 from artrec_ros.core.model.objects import ObjectModel
+from artrec_ros.core.pose.apart import Apart
 from artrec_ros.core.pose.finder import WholeObjectFinder
 from artrec_ros.core.pose.surface_model import SpatialModel
 from artrec_ros.core.recognizer import Recognizer
 from artrec_ros.core.tracking.tracker import Tracker
-from artrec_ros.core.verdict.apart import Apart
 from artrec_ros.core.verdict.left_over import LeftOver, LeftOvers
 
 LIMITS = {"time_budget_ms": 60000.0, "min_scale": 85.0, "max_scale": 118.0}

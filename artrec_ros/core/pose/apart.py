@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..model.kinematics import Kinematics
-from ..pose.surface_model import SpatialModel
+from .surface_model import SpatialModel
 
 _DRAWS, _ENDS = 512, 0.5  # ways to bend joints, and the share of joints that are at one of their limits in each
 

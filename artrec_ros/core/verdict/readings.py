@@ -21,6 +21,7 @@ from ..geometry.projection import project
 from ..geometry.transforms import Array
 from ..image.blobs import Blob, centres
 from ..image.image_frame import ImageFrame
+from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
 from .chance import Blobs, Chances, explains
@@ -52,13 +53,23 @@ class Readings:
         self._first = np.array([markers[0] for markers in surface.markers_of])
         self._radius = np.sqrt(surface.sides.blobs[1][self._first] / np.pi)
         bears = surface.may_show.astype(int)
+        self._asked: tuple[LabelField, Sequence[Blob], tuple[Verdict, ...]] | None = None  # of which `_free` is
+        self._free: Free | None = None
         self.any = bool(np.triu(bears @ bears.T, 1).any())  # what is seen may be another part
 
     def free(self, accepted: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob]) -> Free | None:
-        """None: none is that may be a part of one of this target's objects.
+        """None: none is that may be a part of one of this target's objects. Asked of the same again, as where objects
+        that were found are described, it is not worked out again.
 
         :param accepted: objects of all targets. :param blobs: of the frame.
         """
+        field, seen, objects = (None, None, ()) if self._asked is None else self._asked
+        if field is not frame.field or seen is not blobs or objects != tuple(accepted):
+            self._free, self._asked = self._left_free(accepted, frame, blobs), (frame.field, blobs, tuple(accepted))
+        return self._free
+
+    def _left_free(self, accepted: Sequence[Verdict], frame: ImageFrame, blobs: Sequence[Blob]) -> Free | None:
+        """See `free`."""
         accepted = self._telling(accepted)
         mine = [v for v in accepted if v.finder is self.finder and not all(v.confirmed)]  # others explain all they can
         own = [b for b in blobs if b.label in self._labels] if self.any and mine else []

@@ -21,10 +21,10 @@ from .facing_stage import FacingStage
 from .flat_stage import FlatStage
 from .geometry.camera import Camera
 from .geometry.scene import Scene
-from .image.blobs import Blob, centres, find_blobs
+from .image.blobs import Blob, centres
 from .image.codes import LABELS
+from .image.first_look import FirstLook, first_look
 from .image.image_frame import ImageFrame
-from .image.label_field import LabelField
 from .image.labeller import Labeller
 from .memory.memory import Memory
 from .memory.recall import Recall
@@ -104,11 +104,18 @@ class Recognizer:
         :param camera: calibration; without it no metric poses.
         :raises ImageError: the image does not fit the segmenter's configuration.
         """
-        return self._recognize(image, camera, None)
+        return self._recognize(self.look(image), camera, None)
+
+    def look(self, image: NDArray) -> FirstLook:
+        """What `follow` begins with, which asks for no calibration and for no other image.
+
+        :raises ImageError: the image does not fit the segmenter's configuration.
+        """
+        return first_look(image, self._segmenter, self._config, self._wanted, self._on_bodies)
 
     def follow(
         self,
-        image: NDArray,
+        image: NDArray | FirstLook,
         camera: Camera | None,
         stamp_ns: int,
         memory: Memory | None,
@@ -119,34 +126,31 @@ class Recognizer:
         The same images with the same stamps give the same results, whoever holds the memory meanwhile, as long as
         there is patience.
 
+        :param image: as of `recognize`, or what this recogniser's `look` says of it.
         :param memory: that the image before left; None: there was none. :param patience: None: as much as it takes.
         :raises ImageError: as `recognize`; the memory stays.
         """
+        look = image if isinstance(image, FirstLook) else self.look(image)
         if not self._remembers[camera is not None]:
-            return self.recognize(image, camera), None
-        height, width = image.shape[:2]
+            return self._recognize(look, camera, None), None
+        height, width = look.image.shape[:2]
         if memory is not None and not memory.holds(stamp_ns, (width, height), camera):
             memory = None
         recall = Recall(memory, stamp_ns, self._config.refresh_s, self._config.recall, patience)
-        result = self._recognize(image, camera, recall)
+        result = self._recognize(look, camera, recall)
         return result, recall.left(result.size, camera)
 
-    def _recognize(self, image: NDArray, camera: Camera | None, recall: Recall | None) -> FrameResult:
+    def _recognize(self, look: FirstLook, camera: Camera | None, recall: Recall | None) -> FrameResult:
         self.get_ready(camera is not None)  # it is, but where calibration comes or goes; the clock starts after that
-        watch = Stopwatch()
-        deadline = Deadline(self._config.time_budget_ms / 1e3)
-        with watch.stage("segmentation"):
-            segmenter = self._segmenter
-            codes, meaning = segmenter.codes(image), segmenter.meaning
-            field = LabelField(codes, self._config.seams, meaning, segmenter.blank, self._on_bodies)
-            labels = field.labels
-        colours = image if segmenter.meaning is not LABELS else None
-        frame = ImageFrame(field, camera, deadline, colours, self._scene_of(camera), segmenter.gamma)
+        watch = Stopwatch(look.ms)
+        deadline = Deadline(self._config.time_budget_ms / 1e3 - look.took_s)
+        labels, segmenter = look.field.labels, self._segmenter
+        colours = look.image if segmenter.meaning is not LABELS else None
+        frame = ImageFrame(look.field, camera, deadline, colours, self._scene_of(camera), segmenter.gamma)
         calibrated = camera is not None
         flat = self._flat[calibrated]
         with watch.stage("blobs"):
-            blobs = find_blobs(labels, self._wanted, self._config, self._segmenter.blank, deadline)
-            blobs = _within(frame.scene, blobs)
+            blobs = _within(frame.scene, look.blobs)
         with watch.stage("alignment"):
             matches = flat.align(frame.hurried(self._config.time.alignment_share), blobs)
         with watch.stage("grouping"):

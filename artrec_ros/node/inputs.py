@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 
@@ -17,24 +17,34 @@ from .worker import LiveQueue
 _SUFFIX = "/compressed"
 
 
+class LiveImage(NamedTuple):
+    """An image message, when it was received, and what was made of it while it waited."""
+
+    msg: Any
+    received_ns: int
+    ahead: Any = None
+
+
 class Inputs:
-    """Calls `on_camera_info(message)` in the executor's thread, and `on_image(message, received_ns)` in another."""
+    """Calls `on_camera_info(message)` in the executor's thread, and `on_image(image)` in another."""
 
     def __init__(
         self,
         node: Node,
         config: NodeConfig,
         on_camera_info: Callable[[Any], None],
-        on_image: Callable[[Any, int], None],
+        on_image: Callable[[LiveImage], None],
+        look_ahead: Callable[[Any], Any] | None = None,
     ) -> None:
+        """:param look_ahead: makes of the message of an image that waits what `LiveImage.ahead` is to be, in a third
+        thread."""
         self._node = node
         compressed = config.image_transport == "compressed"
         of = topics.COMPRESSED if compressed else topics.IMAGE
         # as image_transport does: a remapped `image` takes the suffix along
         topic = node.resolve_topic_name(topics.IMAGE.name) + (_SUFFIX if compressed else "")
-        self._worker = LiveQueue[tuple[Any, int]](
-            lambda item: on_image(*item), f"{node.get_name()} images", config.queue_size
-        )
+        prepare = None if look_ahead is None else lambda image: image._replace(ahead=look_ahead(image.msg))
+        self._worker = LiveQueue[LiveImage](on_image, f"{node.get_name()} images", config.queue_size, prepare)
         info = topics.CAMERA_INFO
         self._camera_info = FollowingSubscription(  # before images: of what waits, calibrations come first
             node, info.type, info.name, lambda msg, _: on_camera_info(msg), depth=info.depth, may_repeat=True
@@ -43,7 +53,7 @@ class Inputs:
             node,
             of.type,
             topic,
-            lambda msg, received_ns: self._worker.offer((msg, received_ns), stamp_ns(msg.header)),
+            lambda msg, received_ns: self._worker.offer(LiveImage(msg, received_ns), stamp_ns(msg.header)),
             depth=of.depth,
             reliability=config.qos_reliability,
         )

@@ -15,7 +15,7 @@ from ..io.sources.frames import Frame
 from . import conversions
 from .calibration import Calibrations
 from .graph import Graph, check_topic
-from .inputs import Inputs
+from .inputs import Inputs, LiveImage
 
 _NODE = "artrec_studio"
 _FOLLOW_PERIOD_S = 0.25
@@ -40,14 +40,12 @@ class LiveImages:
         for name in (base, info):
             check_topic(name, f"--topic {topic}")
         self._graph = Graph(_NODE, [f"{topics.IMAGE.name}:={base}", f"{topics.CAMERA_INFO.name}:={info}"])
-        self._kept: deque[tuple[Any, int]] = deque(maxlen=kept)
+        self._kept: deque[LiveImage] = deque(maxlen=kept)
         self._lock = threading.Lock()
         self._rectified, self._calibrations = rectified, Calibrations()
         transport = "compressed" if topic.endswith(_COMPRESSED) else "raw"
         node = self._graph.node
-        self._inputs = Inputs(
-            node, NodeConfig(image_transport=transport), self._calibrations.receive, lambda *item: self._receive(item)
-        )
+        self._inputs = Inputs(node, NodeConfig(image_transport=transport), self._calibrations.receive, self._receive)
         self.topic = self._inputs.image.topic
         node.create_timer(_FOLLOW_PERIOD_S, self._inputs.follow)
 
@@ -60,10 +58,10 @@ class LiveImages:
         self._graph.close()
         self._inputs.close()
 
-    def _receive(self, item: tuple[Any, int]) -> None:
-        self._calibrations.meet(item[0].header)
+    def _receive(self, image: LiveImage) -> None:
+        self._calibrations.meet(image.msg.header)
         with self._lock:
-            self._kept.append(item)
+            self._kept.append(image)
 
     def held(self) -> tuple[Any, ...]:
         """The last images, the newest at the end, for `frame`."""
@@ -75,7 +73,7 @@ class LiveImages:
 
         Images without a stamp get the time at which they came.
         """
-        msg, received_ns = held
+        msg, received_ns = held.msg, held.received_ns
         stamp_ns = conversions.stamp_ns(msg.header) or received_ns
         try:
             image = decode_message(msg)
@@ -88,9 +86,9 @@ class LiveImages:
     def state(self) -> str:
         """How images come, in a line."""
         held = self.held()
-        if not held or time.time_ns() - held[-1][1] > _STALE_S * 1e9:
+        if not held or time.time_ns() - held[-1].received_ns > _STALE_S * 1e9:
             return f"{self.topic}: {self._why_silent()}"
-        times = [received_ns for _, received_ns in held[-_RATED:]]
+        times = [image.received_ns for image in held[-_RATED:]]
         rate = f"{(len(times) - 1) * 1e9 / (times[-1] - times[0]):.0f} Hz" if times[-1] > times[0] else "images come"
         problem = self._inputs.uncalibrated(self._calibrations.problem)
         if problem:

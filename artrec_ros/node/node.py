@@ -22,7 +22,7 @@ from .conversions import message_class
 from .diagnostics import Counters, Diagnostics, NodeState, getting_ready
 from .inputs import Inputs
 from .parameters import LiveParameters, initial_setup
-from .pipeline import FrameReport, Pipeline
+from .pipeline import Ahead, FrameReport, Pipeline
 from .publishers import Publishers
 from .tf import transform_sender
 from .transitions import survive_wrong_transitions
@@ -95,11 +95,14 @@ class RecognizerNode(LifecycleNode):
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
         """Subscribe; refused where the recogniser could not be built."""
-        if self._pipeline is not None and self._pipeline.problem:
-            self.get_logger().error(self._pipeline.problem)
+        pipeline, setup = self._pipeline, self._live.setup
+        assert pipeline is not None  # it was configured
+        if pipeline.problem:
+            self.get_logger().error(pipeline.problem)
             return TransitionCallbackReturn.FAILURE
-        setup = self._live.setup
-        self._inputs = Inputs(self, setup.node, self.take_camera_info, self.take_image)
+        self._inputs = Inputs(
+            self, setup.node, self.take_camera_info, lambda image: self.take_image(*image), pipeline.look
+        )
         names = ", ".join(t.name for t in setup.targets)
         self.get_logger().info(f"looking for {names} in {self._inputs.image.topic}")
         return super().on_activate(state)
@@ -153,11 +156,11 @@ class RecognizerNode(LifecycleNode):
         """From now on it may hold for images."""
         self._calibrations.receive(msg)
 
-    def take_image(self, msg: Any, received_ns: int) -> None:
-        """Recognise and publish, in the thread of images; whatever the image is like."""
+    def take_image(self, msg: Any, received_ns: int, ahead: Ahead | None = None) -> None:
+        """Recognise and publish, in the thread of images; whatever the image is like. :param ahead: see `Pipeline`."""
         pipeline = self._pipeline
         try:
-            report = pipeline.process(msg, received_ns) if pipeline is not None else None
+            report = pipeline.process(msg, received_ns, ahead) if pipeline is not None else None
         except (ArtrecError, cv2.error) as error:
             self._skip(one_line(error), msg.header.frame_id)
         except Exception as error:  # a fault of this package: it costs one image, not the node

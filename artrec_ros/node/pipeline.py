@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from std_msgs.msg import Header
 
@@ -15,6 +15,7 @@ from ..core.base.errors import one_line
 from ..core.base.patience import Patience
 from ..core.drawing import class_picture, draw_result
 from ..core.geometry.camera import Camera
+from ..core.image.first_look import FirstLook
 from ..core.memory.memory import Memory
 from ..core.model.found import Detection
 from ..core.model.frame_result import FrameResult, Rejection
@@ -52,6 +53,13 @@ class FrameReport:
     waiting: int = 0
     blobless: Sequence[Rejection] = ()
     on_plane: Sequence[Detection] = ()
+
+
+class Ahead(NamedTuple):
+    """What a recogniser sees of an image at first sight, while the one before is recognised."""
+
+    recognizer: Recognizer
+    look: FirstLook
 
 
 class Pipeline:
@@ -156,9 +164,20 @@ class Pipeline:
             with self._news:
                 self._news.notify_all()
 
-    def process(self, msg: Any, received_ns: int) -> FrameReport | None:
+    def look(self, msg: Any) -> Ahead | None:
+        """What can be known of an image before the one before it is answered, for `process`; any thread may ask.
+
+        :raises ArtrecError: the image cannot be used.
+        """
+        if self._current is None:
+            return None
+        _, recognizer = self._current
+        return Ahead(recognizer, recognizer.look(decode_message(msg)))
+
+    def process(self, msg: Any, received_ns: int, ahead: Ahead | None = None) -> FrameReport | None:
         """Recognise and publish, once there is a recogniser. None: withdrawn meanwhile, or there will be none.
 
+        :param ahead: what `look` made of the message.
         :raises ArtrecError: the image cannot be used.
         """
         withdrawn = self._withdrawn
@@ -168,12 +187,13 @@ class Pipeline:
             self.dropped += withdrawn == self._withdrawn
             return None
         with self._one_at_a_time:
-            return self._process(msg, received_ns, withdrawn) if withdrawn == self._withdrawn else None
+            return self._process(msg, received_ns, ahead, withdrawn) if withdrawn == self._withdrawn else None
 
-    def _process(self, msg: Any, received_ns: int, withdrawn: int) -> FrameReport | None:
+    def _process(self, msg: Any, received_ns: int, ahead: Ahead | None, withdrawn: int) -> FrameReport | None:
         assert self._current is not None  # it stays when it is there
         setup, recognizer = self._current
-        image = decode_message(msg)
+        look = ahead.look if ahead is not None and ahead.recognizer is recognizer else None
+        image = decode_message(msg) if look is None else look.image
         size = (int(image.shape[1]), int(image.shape[0]))
         stamp_ns = conversions.stamp_ns(msg.header)
         self._calibrations.meet(msg.header)
@@ -184,12 +204,12 @@ class Pipeline:
             self._share = None
         began = time.perf_counter()
         memory = self._memory[1] if self._memory and self._memory[0] is recognizer else None
-        result, memory = recognizer.follow(image, camera, stamp_ns, memory, self._patience)
+        result, memory = recognizer.follow(look or image, camera, stamp_ns, memory, self._patience)
         self._memory = recognizer, memory
         self._tracker.configure(setup.tracking, setup.recognizer)
         frame_id = (msg.header.frame_id or camera.frame_id) if camera else ""
         result = self._tracker.update(stamp_ns, result, frame_id)
-        recognition_ms = (time.perf_counter() - began) * 1e3
+        recognition_ms = (time.perf_counter() - began + (look.took_s if look else 0.0)) * 1e3
         self._on_answer()
         with self._publishing:  # publishers stay until this is done
             if withdrawn != self._withdrawn:

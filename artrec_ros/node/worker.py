@@ -6,6 +6,8 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from statistics import fmean, median
 from typing import Generic, TypeVar
 
@@ -38,6 +40,24 @@ class Pace:
         return fmean(self.work_s) < _KEEPS_UP * median(self.between_s) or not any(self.too_soon)
 
 
+@dataclass(eq=False)
+class _Waiting(Generic[Item]):
+    """An item, and what was begun of it while it waits."""
+
+    item: Item
+    begun: Future[Item] | None = None
+
+    def drop(self) -> None:
+        if self.begun is not None:
+            self.begun.cancel()
+
+    def take(self) -> Item:
+        """The item as far as it is prepared; what goes wrong with that goes wrong again where it is worked on."""
+        if self.begun is None or self.begun.cancel() or self.begun.exception() is not None:
+            return self.item
+        return self.begun.result()
+
+
 class LiveQueue(Generic[Item]):
     """Calls `work(item)` in a thread of its own, for one item after the other.
 
@@ -45,10 +65,18 @@ class LiveQueue(Generic[Item]):
     next one comes is dropped, so that what it works on is as new as can be. `dropped` counts them.
     """
 
-    def __init__(self, work: Callable[[Item], None], name: str, most_waiting: int = 1) -> None:
-        """:param most_waiting: 1: the newest only."""
-        self._work, self._most_waiting = work, most_waiting
-        self._waiting: deque[Item] = deque()
+    def __init__(
+        self,
+        work: Callable[[Item], None],
+        name: str,
+        most_waiting: int = 1,
+        prepare: Callable[[Item], Item] | None = None,
+    ) -> None:
+        """:param most_waiting: 1: the newest only. :param prepare: makes of an item one on which there is less work:
+        called in another thread, of items that wait."""
+        self._work, self._most_waiting, self._prepare = work, most_waiting, prepare
+        self._ahead = ThreadPoolExecutor(1, f"{name} ahead") if prepare else None
+        self._waiting: deque[_Waiting[Item]] = deque()
         self._pace, self._offered_s, self._stamp_ns = Pace(), -1.0, 0
         self._open, self._is_answered = True, True
         self._dropped = 0
@@ -86,12 +114,18 @@ class LiveQueue(Generic[Item]):
             if not self._open:
                 return
             self._note(stamp_ns)
-            self._waiting.append(item)
             room = self._most_waiting if self._pace.keeps_up else 1
-            while len(self._waiting) > room:
-                self._waiting.popleft()
+            while len(self._waiting) >= room:
+                self._waiting.popleft().drop()
                 self._dropped += 1
+            self._waiting.append(_Waiting(item, self._begin(item)))
             self._change.notify()
+
+    def _begin(self, item: Item) -> Future[Item] | None:
+        """Prepare an item, if it has to wait."""
+        if self._ahead is None or self._prepare is None or self._begun_s is None:
+            return None
+        return self._ahead.submit(self._prepare, item)
 
     def _note(self, stamp_ns: int) -> None:
         """When an item comes. Of another source nothing is known yet, and its first item waits for no answer."""
@@ -109,6 +143,8 @@ class LiveQueue(Generic[Item]):
             self._open = False
             self._waiting.clear()
             self._change.notify()
+        if self._ahead is not None:
+            self._ahead.shutdown(wait=False, cancel_futures=True)
 
     def close(self) -> None:
         """The same, and wait for the thread to end."""
@@ -116,14 +152,14 @@ class LiveQueue(Generic[Item]):
         self._thread.join(_PATIENCE_S)
 
     def _run(self) -> None:
-        while (item := self._take()) is not None:
+        while (waiting := self._take()) is not None:
             self._begun_s = begun_s = time.monotonic()
-            self._work(item)
+            self._work(waiting.take())
             self._begun_s, self._is_answered = None, True
             with self._change:
                 self._pace.work_s.append(time.monotonic() - begun_s)
 
-    def _take(self) -> Item | None:
+    def _take(self) -> _Waiting[Item] | None:
         """The next item; None at the end."""
         with self._change:
             self._change.wait_for(lambda: self._waiting or not self._open)

@@ -51,7 +51,7 @@ def send_until(peer: Peer, live: LiveImages, msg: Any) -> None:
 
     def come() -> bool:
         peer.send(msg)
-        return any(m.header.stamp.sec >= first for m, _ in live.held())
+        return any(m.header.stamp.sec >= first for m, *_ in live.held())
 
     assert wait_until(come, lambda: time.sleep(0.1)), live.state()
 
@@ -122,7 +122,7 @@ def test_a_latched_calibration_is_heard_beside_a_publisher_that_is_not() -> None
             send_until(peer, live, _mono(np.zeros(toy.SIZE[::-1], np.uint8)))
             assert wait_until(lambda: live.frame(live.held()[-1]).camera is not None)
             peer.send(_mono(np.zeros(toy.SIZE[::-1], np.uint8)))
-            assert len(live.held()) == len({m.header.stamp.sec for m, _ in live.held()})
+            assert len(live.held()) == len({m.header.stamp.sec for m, *_ in live.held()})
 
 
 def test_where_no_calibration_comes_its_topic_is_told() -> None:

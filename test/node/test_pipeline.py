@@ -128,3 +128,22 @@ def test_the_recognizer_is_told_whether_a_newer_image_waits(
     monkeypatch.setattr(Recognizer, "follow", follow)
     node.take_image(label_image(picture), time.time_ns())
     assert told == [is_late]
+
+
+def test_an_image_that_was_looked_at_while_it_waited_is_not_looked_at_again(
+    node: RecognizerNode, picture: np.ndarray, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    image, looks = label_image(picture), list[np.ndarray]()
+    ahead = node._pipeline.look(image)
+    assert ahead is not None and len(ahead.look.blobs)
+    original = Recognizer.look
+
+    def look(self: Recognizer, pixels: np.ndarray) -> Any:
+        looks.append(pixels)
+        return original(self, pixels)
+
+    monkeypatch.setattr(Recognizer, "look", look)
+    node.take_image(image, time.time_ns(), ahead)
+    assert node.counters.objects == 1 and not looks
+    node.take_image(image, time.time_ns(), ahead._replace(recognizer=None))  # the parameters were changed meanwhile
+    assert node.counters.objects == 2 and len(looks) == 1

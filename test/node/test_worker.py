@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 
 import pytest
 
@@ -46,7 +47,7 @@ def test_every_item_is_worked_where_there_is_time() -> None:
     worker.close()
 
 
-def at_work() -> tuple[LiveQueue[int], list[int], threading.Event]:
+def at_work(prepare: Callable[[int], int] | None = None) -> tuple[LiveQueue[int], list[int], threading.Event]:
     """A queue whose first item, 1, is worked on until the event is set; and what it has worked on."""
     begun, go_on = threading.Event(), threading.Event()
     seen: list[int] = []
@@ -56,7 +57,7 @@ def at_work() -> tuple[LiveQueue[int], list[int], threading.Event]:
         begun.set()
         assert go_on.wait(WAIT_S)
 
-    worker = LiveQueue(work, "test")
+    worker = LiveQueue(work, "test", prepare=prepare)
     worker.offer(1)
     assert begun.wait(WAIT_S)
     return worker, seen, go_on
@@ -207,4 +208,52 @@ def test_a_few_items_wait_for_one_that_takes_long_where_work_keeps_up(work_s, se
     go_on.set()
     assert wait_until(lambda: seen and seen[-1] == 5)
     assert seen == seen_of_it and worker.dropped == 6 - len(seen_of_it)
+    worker.close()
+
+
+def test_what_waits_is_prepared_meanwhile_and_what_does_not_wait_is_not() -> None:
+    prepared: list[int] = []
+
+    def prepare(item: int) -> int:
+        prepared.append(item)
+        return 10 * item
+
+    worker, seen, go_on = at_work(prepare=prepare)
+    assert not prepared
+    worker.offer(2)
+    assert wait_until(lambda: prepared == [2]), "it waits until the first one is answered"
+    assert seen == [1]
+    go_on.set()
+    assert wait_until(lambda: seen == [1, 20])
+    worker.close()
+
+
+def test_what_cannot_be_prepared_is_worked_on_as_it_is() -> None:
+    worker, seen, go_on = at_work(prepare=lambda item: item // 0)
+    worker.offer(2)
+    go_on.set()
+    assert wait_until(lambda: seen == [1, 2])
+    worker.close()
+
+
+def test_what_is_dropped_is_not_prepared_any_more() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+    prepared: list[int] = []
+
+    def prepare(item: int) -> int:
+        prepared.append(item)
+        begun.set()
+        assert go_on.wait(WAIT_S)
+        return item
+
+    worker, seen, end = at_work(prepare=prepare)
+    worker.offer(2)
+    assert begun.wait(WAIT_S)
+    for item in (3, 4, 5):
+        worker.offer(item)
+    go_on.set()
+    assert wait_until(lambda: len(prepared) == 2)
+    end.set()
+    assert wait_until(lambda: seen == [1, 5])
+    assert prepared == [2, 5]
     worker.close()

@@ -8,15 +8,19 @@ clutter), the labels' edge counts, but less.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..base.config import RecognizerConfig
 from ..geometry.transforms import Array
 from ..image.image_frame import ImageFrame
-from .colour_edge_kernels import ColourEdges, look_for_colours
+from .colour_edge_kernels import ColourEdges
+from .contour_step_kernels import Rounds, fit_to_colours, look_at_colours
 from .contour_steps import ContourSteps
 from .contour_term_kernels import ContourFit
-from .pose_fit import contour_fit
+from .occlusion import BEHIND
+from .pose_fit import contours_of
 from .poses import Poses
 from .surface_model import SpatialModel
 
@@ -31,6 +35,7 @@ class ColourFit:
         self._surface, self._config, self._steps = surface, config.fit, ContourSteps(surface, config.fit, facing=False)
         shown = [surface.patches[p].marker for p in surface.markers]
         self._radius_m = np.array([m.radius for m in shown if m is not None])
+        self._rounds = Rounds(config.fit.colour_rounds, _STILL_PX)
 
     def fitted(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> Poses:
         """Poses at rest on the colours' edges, but for those that lie worse on them than before.
@@ -39,37 +44,26 @@ class ColourFit:
         """
         if not len(poses) or not used.any():
             return poses
-        at, (fit, residual, weight) = poses, self.edges(frame, poses, used)
-        before, seen = _misfit(residual, weight), _total(weight)
-        steps = self._steps.begun(frame, used)
-        for _ in range(self._config.colour_rounds):
-            # far residuals pull no more than those of a pixel (Huber)
-            at, moved_px = self._steps.step(steps, at, fit, residual, weight / np.maximum(1.0, np.abs(residual)))
-            fit, residual, weight = self.edges(frame, at, used)
-            if moved_px < _STILL_PX:
-                break
-        better = (_misfit(residual, weight) < before) & (_total(weight) > _KEPT * seen)
-        both = Poses.concatenate([poses, at])
-        return both[np.arange(len(poses)) + len(poses) * better]
+        R, t, q, said = poses.R.copy(), poses.t.copy(), poses.q.copy(), np.empty((2, len(poses), 2))
+        looks, fit = self._looks(frame, used)
+        fit_to_colours(*looks, self._rounds, self._steps.begun(frame, used), R, t, q, fit, said)
+        (before, seen), (after, left) = said.swapaxes(1, 2)
+        better = (after < before) & (left > _KEPT * seen)
+        return Poses.concatenate([poses, Poses(R, t, q)])[np.arange(len(poses)) + len(poses) * better]
 
     def edges(self, frame: ImageFrame, poses: Poses, used: np.ndarray) -> tuple[ContourFit, Array, Array]:
         """Contours against the labels' edges, and the residuals and weights (H, M, m) of the colours'."""
-        config, which = self._config, np.flatnonzero(used.any(axis=0))
-        fit = contour_fit(self._surface, frame, poses, used, config.colour_reach_px, config)
-        scale = frame.camera.focal_px / np.maximum(poses.t[:, 2], 1e-6)
-        half_px = np.clip(self._radius_m[which] * scale[:, None], 1.0, config.colour_reach_px + 0.5)
-        residual, weight = fit.residual.copy(), fit.weight.copy()
-        terms = ColourEdges(
-            frame.colours, float(frame.gamma), float(config.colour_contrast), float(config.colour_doubt)
-        )
-        look_for_colours(terms, fit.point, fit.normal, half_px, residual, weight)
+        looks, fit = self._looks(frame, used)
+        residual, weight = np.empty(fit.residual.shape), np.empty(fit.weight.shape)
+        look_at_colours(*looks, poses.R, poses.t, poses.q, fit, residual, weight)
         return fit, residual, weight
 
-
-def _misfit(residual: Array, weight: Array) -> Array:
-    """(H,) mean size of the residuals (H, M, m)."""
-    return np.asarray((weight * np.minimum(np.abs(residual), 3.0)).sum(axis=(1, 2)) / np.maximum(_total(weight), 1e-9))
-
-
-def _total(weight: Array) -> Array:
-    return np.asarray(weight.sum(axis=(1, 2)))
+    def _looks(self, frame: ImageFrame, used: np.ndarray) -> tuple[tuple[Any, ...], ContourFit]:
+        """What compiled code looks at, and room for what it finds."""
+        config, surface, reach_px = self._config, self._surface, self._config.colour_reach_px
+        term, which, fit = contours_of(surface, frame, used, reach_px, config)
+        colours = ColourEdges(
+            frame.colours, float(frame.gamma), float(config.colour_contrast), float(config.colour_doubt)
+        )
+        chain, joints = surface.kinematics.chain, self._steps.joints
+        return (term, which, chain, joints, BEHIND, colours, self._radius_m[which], reach_px + 0.5), fit

@@ -57,7 +57,7 @@ class Fit:
     def __init__(self, model: SpatialModel, config: FitConfig, *, facing: bool) -> None:
         kin = model.kinematics
         self._model, self._config, self.joints = model, config, joints_of(kin)
-        self._prior, self._damping = _joint_prior(kin, config), _damping(config, facing=facing)
+        self._prior, self._damping = _joint_prior(kin, config), damping_of(config, facing=facing)
 
     def of(
         self,
@@ -158,15 +158,23 @@ def contour_fit(
     model: SpatialModel, frame: ImageFrame, poses: Poses, use: np.ndarray, reach: int, config: FitConfig
 ) -> ContourFit:
     """How poses fit as they are; the markers that some hypothesis uses."""
-    kin, which = model.kinematics, np.flatnonzero(use.any(axis=0))
-    size = len(poses), len(which), model.contour.shape[1]
-    fit = ContourFit(
-        np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2]), np.empty(size), np.empty(size),
-        np.zeros((*size, 6 + kin.n_joints)), np.zeros(size, bool),
-    )  # fmt: skip
-    term = _contour_term(model, frame, use, ALL_SHOWN, edge_terms(model, frame.field, (reach,), config))
+    kin, (term, which, fit) = model.kinematics, contours_of(model, frame, use, reach, config)
     contour_rows(term, which, kin.chain, joints_of(kin), BEHIND, poses.R, poses.t, poses.q, fit)
     return fit
+
+
+def contours_of(
+    model: SpatialModel, frame: ImageFrame, use: np.ndarray, reach: int, config: FitConfig
+) -> tuple[ContourTerm, NDArray[np.int64], ContourFit]:
+    """For compiled code: markers that some of H hypotheses use (H, M), their numbers (K,), and room for how these
+    fit."""
+    which = np.flatnonzero(use.any(axis=0))
+    size = len(use), len(which), model.contour.shape[1]
+    fit = ContourFit(
+        np.empty((*size, 2)), np.empty((*size, 2)), np.empty(size[:2]), np.empty(size), np.empty(size),
+        np.zeros((*size, 6 + model.kinematics.n_joints)), np.zeros(size, bool),
+    )  # fmt: skip
+    return _contour_term(model, frame, use, ALL_SHOWN, edge_terms(model, frame.field, (reach,), config)), which, fit
 
 
 def but_for_common(residual: Array, weight: Array) -> Array:
@@ -189,7 +197,8 @@ def _joint_prior(kin: Kinematics, config: FitConfig) -> JointPrior:
     return JointPrior(kin.middle, weight, np.empty((0, kin.n_joints), bool), _PIN)
 
 
-def _damping(config: FitConfig, *, facing: bool) -> Damping:
+def damping_of(config: FitConfig, *, facing: bool) -> Damping:
+    """For compiled code. :param facing: poses turn about the optical axis alone."""
     deviation, limit = (config.shift_sigma, config.bend_sigma), (config.most_shift, config.most_bend)
     held = np.array([0.0, 0.0, 0.0, _PIN, _PIN, 0.0]) if facing else np.zeros(6)
     return Damping(float(config.point_sigma_px), np.array(deviation, float), np.array(limit, float), held)

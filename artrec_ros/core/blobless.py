@@ -51,20 +51,32 @@ def rootless(
         small = [
             *_small_or_outside(target.name, mask, min_blob_px, scene, "its required component's classes", least_px)
         ]
-        yield from small or _headless(target, [b for b in others if b.label in target.labels])
+        yield from small or _headless(target, labels, [b for b in others if b.label in target.labels])
 
 
-def _headless(target: Target, blobs: Sequence[Blob]) -> Iterator[Rejection]:
+def _headless(target: Target, labels: NDArray[np.uint8], blobs: Sequence[Blob]) -> Iterator[Rejection]:
     """Of an object whose other components' classes show."""
     if not blobs:
         return
-    largest = max(blobs, key=lambda b: b.area_px)
-    x, y = largest.middle.tolist()
+    areas_px = _areas_px(labels, blobs)
+    x, y = blobs[int(np.argmax(areas_px))].middle.tolist()
     reason = (
         f"its required component {target.model.required.name} does not show; {len(blobs)} blobs of its others' classes "
-        f"do, the largest of {largest.area_px:.0f} pixels: nothing is begun with them (see recognizer.required)"
+        f"do, the largest of {max(areas_px)} pixels: nothing is begun with them (see recognizer.required)"
     )
     yield Rejection(target.name, reason, 0.0, x, y)
+
+
+def _areas_px(labels: NDArray[np.uint8], blobs: Sequence[Blob]) -> list[int]:
+    """How many pixels of its class each of some blobs has, what its contour encloses beside them not counted."""
+    out = []
+    for blob in blobs:
+        (left, top), (right, bottom) = blob.box.tolist()
+        own = (labels[top : bottom + 1, left : right + 1] == blob.label).view(np.uint8)
+        _, part, stats, _ = cv2.connectedComponentsWithStats(own, connectivity=8)
+        x, y = (blob.pixels[0] - blob.box[0]).tolist()
+        out.append(int(stats[part[y, x], cv2.CC_STAT_AREA]))
+    return out
 
 
 def _left_out(shape: tuple[int, ...], blank: tuple[int, ...], scene: Scene) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from cranes import BLUE, CRANE, RED, crane_examples
@@ -81,6 +82,18 @@ def test_that_only_other_components_show_is_told_where_nothing_is(required):
     result = recognizer.recognize(beside)
     assert [d.object for d in result.detections] == ["tower"]
     assert not [r for r in result.rejected if r.object == "crane"]
+
+
+def test_the_pixels_of_what_shows_are_those_of_its_class_and_not_what_it_closes_in():
+    base, *bars = crane().components
+    model = ObjectModel("crane", (base, *(replace(bar, label=BLUE) for bar in bars)))
+    image = EMPTY.copy()
+    cv2.rectangle(image, (10, 10), (180, 120), BLUE, 2)  # a frame around much, and a larger patch
+    image[40:80, 40:80] = BLUE
+    targets = [Target("crane", model, RED, learn(model, crane_examples()))]
+    (told,) = Recognizer(targets, RecognizerConfig(), Segmenter(ImageConfig())).recognize(image).rejected
+    frame_px = np.count_nonzero(image) - 1600
+    assert f"the largest of {max(frame_px, 1600)} pixels" in told.reason
 
 
 def test_a_required_component_too_small_is_told_beside_blobs_of_others():

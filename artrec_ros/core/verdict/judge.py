@@ -16,7 +16,7 @@ from ..image.label_field import LabelField
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
 from .acceptance import verdicts_of
-from .claims import Seen, claims_of, swollen
+from .claims import Claim, Seen, claims_of, swollen
 from .reach import Reach
 from .verdicts import CASES, Verdict, Verdicts
 
@@ -186,7 +186,7 @@ class Judge:
         if not self.shows_required(verdict):
             model, lack = verdict.claim.finder.surface.model, verdict.without_required
             if len(model.components) == 1 and not lack:
-                return "too little of where it would be shows its class, or lies in the image"
+                return _too_little(verdict.claim)
             required = model.required.name
             return f"where it would be, its required component {required} {lack or 'is not confirmed'}"
         out_of_reach = self.reach.reason(verdict.claim.depth_m, verdict.claim.scale)
@@ -202,6 +202,14 @@ class Judge:
         if verdict.probability < self.min_probability:
             return too_low(verdict.probability, self.min_probability, verdict.doubt)
         return None
+
+
+def _too_little(claim: Claim) -> str:
+    """Why an object of one component is none of which nothing else is to be said."""
+    markers = claim.finder.surface.markers
+    area_px, agree = claim.scores.area_px[0, markers], claim.scores.agree[0, markers]
+    best = int(np.argmax(area_px * agree))
+    return f"too little of its marker shows: {area_px[best]:.0f} pixels in the image, {agree[best]:.0%} of its class"
 
 
 def too_low(probability: float, least: float, doubt: str, by: str = "") -> str:

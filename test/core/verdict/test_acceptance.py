@@ -226,6 +226,11 @@ def test_without_its_required_component_there_is_no_object():
     assert JUDGE.trust(whole) == whole.probability > CONFIG.min_probability
 
 
+def test_of_an_object_of_one_marker_it_is_told_how_much_of_that_shows():
+    reason = JUDGE.reason(verdict_of(claim({FACE: 50.0}, name="sign", agree=0.29)))
+    assert reason == "too little of its marker shows: 50 pixels in the image, 29% of its class"
+
+
 @pytest.mark.parametrize("wanted, confirmed", [(0, 1), (1, 1), (2, 2), (3, 3), (9, 3)])
 def test_so_many_components_must_be_confirmed_the_required_one_included_and_no_more_than_there_are(wanted, confirmed):
     judge = Judge(0.0, 0.0, min_components=wanted)

@@ -18,6 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 
 from artrec_ros.core.base.errors import ImageError, SourceError
 from artrec_ros.io.bags.reader import Bag, bag_files
+from artrec_ros.io.bags.topics import choose_topic
 
 if sys.version_info >= (3, 14):
     from compression import zstd
@@ -194,6 +195,18 @@ def test_counts_of_metadata_are_held_against_what_was_read(tmp_path, ros2, pictu
         assert len(images(bag)) == 2
         (problem,) = bag.problems
     assert problem == f"{folder}: '/image': 2 messages were read, but metadata.yaml tells of 3: 1 is lost"
+
+
+def test_a_topic_of_which_nothing_can_be_read_is_not_passed_over_for_another(tmp_path, ros2, pictures, write_rosbag2):
+    both = [(name, t, m) for _, t, m in script(ros2, pictures(3)) for name in ("/image", "/overlay")]
+    folder = write_rosbag2(tmp_path / "bag", both, "sqlite3")
+    with Bag(folder) as bag, pytest.raises(SourceError, match="choose one with --topic"):
+        choose_topic(bag, None, "labels", print)
+    with sqlite3.connect(folder / "bag.db3") as database:
+        of_image = "SELECT id FROM topics WHERE name = '/image'"
+        database.execute(f"UPDATE messages SET data = 'text' WHERE topic_id IN ({of_image})")
+    with Bag(folder) as bag, pytest.raises(SourceError, match="'/image': 0 messages .* choose one with --topic"):
+        choose_topic(bag, None, "labels", print)
 
 
 @pytest.mark.parametrize("content", ["", ": [", "5", "rosbag2_bagfile_information: {version: 9}", "a: b"])

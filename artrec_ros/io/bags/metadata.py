@@ -15,10 +15,11 @@ BAG_SUFFIXES = (".bag", *STORAGES.values())
 @dataclass(frozen=True)
 class Metadata:
     """:param files: names of the storage files. :param counts: messages by topic. Both empty: there is none.
-    :param problem: why it says nothing though it is there, a line for the user."""
+    :param types: of messages, by topic. :param problem: why it says nothing though it is there, a line for the user."""
 
     files: tuple[str, ...] = ()
     counts: Mapping[str, int] = field(default_factory=dict)
+    types: Mapping[str, str] = field(default_factory=dict)
     problem: str = ""
 
     @classmethod
@@ -31,11 +32,12 @@ class Metadata:
             content = yaml.safe_load(file.read_text(encoding="utf-8"))
             about = content["rosbag2_bagfile_information"]
             files = tuple(Path(name).name for name in about["relative_file_paths"])  # older versions list whole paths
-            topics = about["topics_with_message_count"] or ()
-            counts = {str(t["topic_metadata"]["name"]): int(t["message_count"]) for t in topics}
+            topics = [(t["topic_metadata"], t["message_count"]) for t in about["topics_with_message_count"] or ()]
+            counts = {str(topic["name"]): int(count) for topic, count in topics}
+            types = {str(topic["name"]): str(topic.get("type")) for topic, _ in topics}
         except (OSError, yaml.YAMLError, KeyError, TypeError, ValueError):
             return cls(problem="metadata.yaml tells nothing: it is empty or damaged (ros2 bag reindex writes it anew)")
-        return cls(files, counts)
+        return cls(files, counts, types)
 
     def gaps(self, folder: Path, topics: Collection[str]) -> Iterator[str]:
         """Topics and files that it should tell of and does not, or the other way round."""

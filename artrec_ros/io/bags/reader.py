@@ -183,6 +183,12 @@ class Bag:
         self._stack.close()
 
     @property
+    def lost(self) -> list[Topic]:
+        """Topics of which no message can be read, though the bag tells of some; as far as it has been read."""
+        told = self._metadata
+        return [Topic(n, told.types[n], c) for n, c in told.counts.items() if c > 0 and n not in self.topics]
+
+    @property
     def in_order(self) -> bool:
         """Whether messages come in the order of their times, so that those from a time on are the rest of all."""
         indexed = all(file.indexed for file in self._files)

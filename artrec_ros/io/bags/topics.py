@@ -64,11 +64,13 @@ def choose_topic(bag: Bag, topic: str | None, image_kind: str | None, report: Re
         return topic
     if not images:
         raise UnreadableError(f"{'; '.join(bag.problems) or bag.path}: no image topic. {listed(bag, images)}")
+    images += [t for t in bag.lost if t.msgtype in IMAGE_TYPES]
     if len(images) == 1:
         return images[0].name
     fitting = [t.name for t in images if _fits(bag, t, image_kind)]
     if len(fitting) != 1:
-        raise SourceError(f"{bag.path}: several image topics, choose one with --topic. {listed(bag, images)}")
+        found = "; ".join(bag.problems) or bag.path
+        raise SourceError(f"{found}: several image topics, choose one with --topic. {listed(bag, images)}")
     kind = f"image.kind '{image_kind}'"
     report(f"{bag.path}: topic {fitting[0]}: of {len(images)} image topics the only one that fits {kind}")
     return fitting[0]
@@ -89,10 +91,11 @@ def choose_info_topic(bag: Bag, topic: str | None, image_topic: str) -> tuple[st
 
 
 def _fits(bag: Bag, topic: Topic, kind: str | None) -> bool:
-    """Whether the first image of a topic has the channels that this kind of image has."""
+    """Whether the first image of a topic has the channels that this kind of image has, or may have: those of a damaged
+    file cannot be read, and another topic is not taken in silence for theirs."""
     message = next(bag.messages([topic.name]), None)
     if message is None or kind is None:
-        return False
+        return kind is not None and topic.count > 0
     try:
         return decode_message(bag.parse(message)).ndim == (2 if kind == "labels" else 3)
     except ImageError:

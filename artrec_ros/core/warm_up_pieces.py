@@ -36,6 +36,7 @@ from .model.marker import Marker
 from .model.objects import Box, Component, Joint, ObjectModel
 from .model.target import Target
 from .pose.colour_fit import ColourFit
+from .pose.contour_steps import ContourSteps
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import Guesser
 from .pose.pose_fit import contour_fit, fit_poses
@@ -117,7 +118,9 @@ def _fit() -> None:
     finder = example().finder()
     poses, use = example().ahead(finder), np.ones((1, len(finder.surface.markers)), bool)
     fit_poses(finder.surface, example().frame, poses, use, (3, 2), finder.config.fit)
-    contour_fit(finder.surface, example().frame, poses, use, 3, finder.config.fit)
+    fit = contour_fit(finder.surface, example().frame, poses, use, 3, finder.config.fit)
+    steps = ContourSteps(finder.surface, finder.config.fit, facing=False)
+    steps.step(steps.begun(example().frame, use), poses, fit, fit.residual, fit.weight)
     finder.refit.of(example().frame, poses, (0.0, np.inf))
 
 

@@ -28,6 +28,7 @@ from .verdict.claims import left_by
 from .verdict.descriptions import Describer
 from .verdict.doubts import doubtful
 from .verdict.judge import Judge
+from .verdict.like_targets import LikeTargets
 from .verdict.looks import Looks
 from .verdict.offers import Found, Offers
 from .verdict.ownership import Shared, share_out
@@ -48,6 +49,7 @@ class FacingStage:
         self._judge = Judge.of(config)
         self._search_judge = self._judge.seeking
         self._left_over = LeftOverLooks([s.finder for s in self._searches])
+        self._like = LikeTargets([s.finder for s in self._searches])
         self._readings = {d.finder: d.readings for d in self.describers if d.readings is not None}
         self._placer = PlanePlacer(targets, config)
         self._from_above = FromAbove(
@@ -77,10 +79,14 @@ class FacingStage:
     ) -> StageResult:
         """As `recognize`, in a frame whose camera objects face."""
         found, shared = self.candidates(faced, blobs, limits, recall)
-        told = Offers(self.describers, self._judge, faced, blobs).told(found, shared, partial(self._again, faced))
+        likes = (recall or Recall()).likes
+        if faced.deadline.hit:  # not all were looked for
+            likes.leave_out(self._like.pairs(shared.accepted))
+        offers = Offers(self.describers, self._judge, faced, blobs, self._like, likes)
+        told = offers.told(found, shared, partial(self._again, faced))
         if recall is not None:
             for search, mine in zip(self._searches, told.verdicts, strict=True):
-                recall.accept(search.finder, mine, faced.camera)
+                recall.accept(search.finder, mine, faced.camera, told.rivals)
         detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs

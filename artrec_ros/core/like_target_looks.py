@@ -3,64 +3,106 @@ that look like it are not looked for in them any more."""
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
+from functools import cached_property, partial
 
 from .base.config import SearchConfig
 from .image.blobs import Blob
 from .image.image_frame import ImageFrame
+from .memory.memory import Known
+from .memory.recall import Recall
 from .pose.finder import WholeObjectFinder
 from .pose.poses import Poses
 from .spatial_looks import SpatialLooks
 from .verdict.claims import left_by
 from .verdict.judge import Judge
+from .verdict.like_targets import LikeTargets
 from .verdict.verdicts import Verdict
 
 
 class LikeTargetLooks:
     """Those for some targets, in space."""
 
-    def __init__(self, finders: Sequence[WholeObjectFinder], judge: Judge, config: SearchConfig) -> None:
-        self._classes = {finder: Counter(map(frozenset, finder.surface.labels)) for finder in finders}
-        self._looks, self._config = SpatialLooks(judge, config), config
+    def __init__(self, like: LikeTargets, judge: Judge, config: SearchConfig) -> None:
+        self._like, self._looks, self._config = like, SpatialLooks(judge, config), config
 
     def candidates(
-        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob]
+        self, frame: ImageFrame, accepted: Sequence[Verdict], blobs: Sequence[Blob], recall: Recall
     ) -> dict[WholeObjectFinder, Poses]:
         """Of each target what it would be that is found, in what no other object explains.
 
-        :param blobs: of the frame.
+        :param blobs: of the frame. :param recall: what earlier frames say of it: what was there is followed, and other
+            looks wait their turn.
         """
-        out = dict[WholeObjectFinder, Poses]()
-        for verdict in accepted:
-            for finder in self._like(verdict):
-                found = None if frame.deadline.expired else self._look(frame, finder, verdict, accepted, blobs)
-                if found is not None and len(found):
-                    out[finder] = Poses.concatenate([out[finder], found]) if finder in out else found
-        return out
+        pairs = [(v, finder) for v in accepted for finder in self._like.of(v)]
+        if not pairs:
+            return {}
+        places = {v: _Place(frame, v, accepted, blobs, self._config.explained) for v in accepted}
+        known = [self._followed(frame, places[v], f, recall.likes.known((v, f)), recall) for v, f in pairs]
+        found, lost = [(f, poses) for (_, f), (poses, _) in zip(pairs, known, strict=True)], [gone for _, gone in known]
+        if frame.deadline.expired:
+            recall.likes.leave_out(pairs)
+        for n in recall.likes.due(pairs, lost):
+            if recall.patience.is_over or frame.deadline.expired:
+                recall.likes.leave_out([pairs[n]])
+                continue
+            look = partial(self._look, places[pairs[n][0]], pairs[n][1])
+            poses = recall.patience.spent_on(look, recall.config.doubt_share)
+            found += [] if poses is None else [(pairs[n][1], poses)]
+            # what was cut short is looked at again
+            (recall.likes.leave_out if frame.deadline.expired else recall.likes.look)([pairs[n]])
+        return _joined(found)
 
-    def _like(self, verdict: Verdict) -> list[WholeObjectFinder]:
-        """Other targets that have all classes that an object shows: what lacks some explains too little of it."""
-        labels = verdict.finder.surface.labels
-        shown = Counter(frozenset(own) for own, yes in zip(labels, verdict.confirmed, strict=True) if yes)
-        return [f for f, classes in self._classes.items() if f is not verdict.finder and shown <= classes]
+    def _followed(
+        self, frame: ImageFrame, place: _Place, finder: WholeObjectFinder, known: Known | None, recall: Recall
+    ) -> tuple[Poses, bool]:
+        """What is there of what was, and whether that is less. It may leap from one of its turns to another: that it
+        explains as much is all that counts."""
+        if known is None or frame.deadline.expired:
+            return finder.surface.no_poses, False
+        _, near = self._looks.near(place.rest, finder, known, recall.clock_s, recall.config)
+        return near.poses, not (near.votes[:1] >= recall.config.kept * known.votes).any()
 
-    def _look(
+    def _look(self, place: _Place, finder: WholeObjectFinder) -> Poses | None:
+        own = [b for b in place.own if b.label in finder.root_labels]
+        if not own:
+            return None
+        # which of them its required component made is not known
+        plain = [found for b in own if (found := self._looks.plain(place.rest, finder, b)) is not None and len(found)]
+        if plain:
+            return Poses.concatenate(plain)
+        return self._looks.full(place.rest, finder, max(own, key=lambda b: b.area_px))
+
+
+class _Place:
+    """Where an object is."""
+
+    def __init__(
         self,
         frame: ImageFrame,
-        finder: WholeObjectFinder,
         verdict: Verdict,
         accepted: Sequence[Verdict],
         blobs: Sequence[Blob],
-    ) -> Poses | None:
-        taken = left_by(frame, [verdict.claim]).field
-        mine = [b for b in blobs if b.label in finder.root_labels]
-        own = [b for b in mine if taken.owned_share(b.contour) > self._config.explained]
-        if not own:
-            return None
-        rest = left_by(frame, [v.claim for v in accepted if v is not verdict])
-        # which of them its required component made is not known
-        plain = [found for b in own if (found := self._looks.plain(rest, finder, b)) is not None and len(found)]
-        if plain:
-            return Poses.concatenate(plain)
-        return self._looks.full(rest, finder, max(own, key=lambda b: b.area_px))
+        explained: float,
+    ) -> None:
+        self._frame, self._verdict, self._accepted = frame, verdict, accepted
+        self._blobs, self._explained = blobs, explained
+
+    @cached_property
+    def rest(self) -> ImageFrame:
+        """The frame without what others explain."""
+        return left_by(self._frame, [v.claim for v in self._accepted if v is not self._verdict])
+
+    @cached_property
+    def own(self) -> list[Blob]:
+        """Blobs that it explains."""
+        taken = left_by(self._frame, [self._verdict.claim]).field
+        return [b for b in self._blobs if taken.owned_share(b.contour) > self._explained]
+
+
+def _joined(found: Sequence[tuple[WholeObjectFinder, Poses]]) -> dict[WholeObjectFinder, Poses]:
+    """All of each target that has some."""
+    out = dict[WholeObjectFinder, Poses]()
+    for finder, poses in found:
+        out[finder] = Poses.concatenate([out[finder], poses]) if finder in out else poses
+    return {finder: poses for finder, poses in out.items() if len(poses)}

@@ -50,15 +50,21 @@ class SpatialLooks:
         self, frame: ImageFrame, finder: WholeObjectFinder, known: Known, now_s: float, config: RecallConfig
     ) -> Followed:
         """A known object as it is found now. :param now_s: of the memory's clock."""
-        expected = known.at(now_s)
-        expected = replace(expected, q=finder.surface.kinematics.bound(expected.q))
-        found = finder.followed(frame, expected, known.votes, config.left, self._plain_climb)
+        expected, found = self.near(frame, finder, known, now_s, config)
         trust = self.judge.trust_in(finder, found.poses, frame)
         strayed = finder.strayed(found.poses, expected) if trust > 0 else np.inf
         if strayed >= 1:
             return Followed(known, finder, expected, found, 0.0, False)
         well = bool(found.votes[0] >= config.kept * known.votes) and strayed < config.strayed
         return Followed(known, finder, expected, found, trust, well)
+
+    def near(
+        self, frame: ImageFrame, finder: WholeObjectFinder, known: Known, now_s: float, config: RecallConfig
+    ) -> tuple[Poses, Ranked]:
+        """Where a known object is expected, and what it has most votes for next to that, best first."""
+        expected = known.at(now_s)
+        expected = replace(expected, q=finder.surface.kinematics.bound(expected.q))
+        return expected, finder.followed(frame, expected, known.votes, config.left, self._plain_climb)
 
     def plain(self, frame: ImageFrame, finder: WholeObjectFinder, blob: Blob) -> Poses | None:
         """An object beyond doubt whose required component made a blob, by a few guesses, and its rivals, best first;

@@ -23,6 +23,7 @@ from .turned_down import turned_down
 from .verdict.descriptions import Describer
 from .verdict.doubts import doubtful, verdicts_in_doubt
 from .verdict.judge import Judge
+from .verdict.like_targets import LikeTargets
 from .verdict.offers import Offers
 
 
@@ -35,7 +36,8 @@ class SpatialStage:
         self._finders = [WholeObjectFinder(t, config, codes) for t in targets]
         self._left_over = LeftOverLooks(self._finders)
         self._three_points = ThreePointLooks(self._finders, self._judge)
-        self._like_targets = LikeTargetLooks(self._finders, self._judge, config.search)
+        self._like = LikeTargets(self._finders)
+        self._like_targets = LikeTargetLooks(self._like, self._judge, config.search)
         self._describers = [Describer(f) for f in self._finders]
 
     def recognize(self, frame: ImageFrame, blobs: Sequence[Blob], recall: Recall | None = None) -> StageResult:
@@ -57,13 +59,14 @@ class SpatialStage:
         for candidates in (self._three_points.candidates, self._left_over.candidates):
             if more := candidates(frame.hurried(search.search_share), shared.accepted, blobs, recall):
                 shared = looks.beside(list(more.items()))
-        if more := self._like_targets.candidates(frame.hurried(search.search_share), shared.accepted, blobs):
+        past = recall or Recall()
+        if more := self._like_targets.candidates(frame.hurried(search.search_share), shared.accepted, blobs, past):
             shared = looks.beside(list(more.items()))
-        offers = Offers(self._describers, self._judge, frame, blobs, surplus_alone=True)
+        offers = Offers(self._describers, self._judge, frame, blobs, self._like, past.likes, surplus_alone=True)
         told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.go_on, strict=True):
             if recall is not None:
-                recall.accept(finder, mine, frame.camera)
+                recall.accept(finder, mine, frame.camera, told.rivals)
                 recall.doubt(finder, verdicts_in_doubt(finder, self._judge, told), frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         return StageResult(

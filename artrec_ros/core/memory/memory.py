@@ -21,6 +21,7 @@ class Known:
     :param R, t, q: (3, 3), (3,), (J,) its pose and joints when it was seen last, at `seen_s` of the memory's clock.
     :param turn, shift, bend: (3,), (3,), (J,) how they changed, a second.
     :param votes: for it then. :param challenged_s: when others were looked for in its place, as if it were not known.
+    :param instead: by their names what other targets' object it may be instead, as far as they were looked for.
     """
 
     R: Array
@@ -32,6 +33,7 @@ class Known:
     seen_s: float
     votes: float
     challenged_s: float
+    instead: Mapping[str, Instead] = field(default_factory=dict)
 
     def at(self, now_s: float) -> Poses:
         """Where it is expected: where it was, and, where it moved, where that leads."""
@@ -64,6 +66,22 @@ class Known:
         """Seen for the first time: not known to move."""
         R, t, q = poses.R[0], poses.t[0], poses.q[0]
         return cls(R, t, q, np.zeros(3), np.zeros(3), np.zeros(len(q)), now_s, votes, now_s)
+
+
+@dataclass(frozen=True, eq=False)
+class Instead:
+    """What an object may be instead: another target's, which is followed as any other.
+
+    :param known: that one; None: it was looked for in vain. :param log_odds: that it is there, against the object.
+    :param looked_s: when it was looked for in full. :param wait_s: how long after that it is again.
+    :param shown: how many components the object showed then.
+    """
+
+    known: Known | None
+    log_odds: float
+    looked_s: float
+    wait_s: float
+    shown: int
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from ..image.blobs import Blob
 from ..pose.finder import WholeObjectFinder
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
+from ..verdict.other_objects import Rival
 from ..verdict.verdicts import Verdict
+from .likes import Likes
 from .looks import NO_LOOKS, Looks
-from .memory import Known, Memory, numbers_of
+from .memory import Instead, Known, Memory, numbers_of
 from .turns import Turns
 
 _DEFAULTS = RecallConfig()
@@ -28,6 +31,7 @@ class Recall:
     """What to expect in a frame, and which blobs wait; without a memory nothing.
 
     :ivar waiting: blobs that wait their turn, each counted once for each object that may be there.
+    :ivar likes: what objects may be instead.
     """
 
     def __init__(
@@ -47,6 +51,7 @@ class Recall:
         self._known: dict[str, tuple[Known, ...]] = {}
         self._challenged: list[Known] = []
         self.waiting = 0
+        self.likes = Likes(memory.known if memory else {}, self.clock_s, self._passed_s, refresh_s, config)
 
     def known(self, name: str) -> tuple[Known, ...]:
         """The objects of a name that may be there, the most votes first."""
@@ -104,20 +109,30 @@ class Recall:
         turns = self._turns.get(name)
         return np.array([turns is not None and turns.waits(blob) for blob in blobs], bool)
 
-    def accept(self, finder: WholeObjectFinder, verdicts: Sequence[Verdict], camera: Camera) -> None:
+    def accept(
+        self,
+        finder: WholeObjectFinder,
+        verdicts: Sequence[Verdict],
+        camera: Camera,
+        rivals: Mapping[Verdict, Sequence[Rival]],
+    ) -> None:
         """What is told of a target in this frame: one that was turned as is likelier is not to be followed as it was
-        found. What is not seen is forgotten where something new is in its place."""
+        found. What is not seen is forgotten where something new is in its place.
+
+        :param rivals: of all objects of the frame what each may be instead.
+        """
         before, told, new = list(self.known(finder.target.name)), [], []
         for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
             seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
             old = self._nearest(finder, verdict.claim.poses, before)
             if old is None:
-                told.append(Known.first(*seen))
+                known = Known.first(*seen)
                 new.append(verdict.claim.poses)
             else:
                 before.remove(old)
                 challenged_s = self.clock_s if old in self._challenged else old.challenged_s
-                told.append(old.then(*seen, challenged_s, finder.surface.kinematics.endless, self.config.steadiness))
+                known = old.then(*seen, challenged_s, finder.surface.kinematics.endless, self.config.steadiness)
+            told.append(replace(known, instead=self._instead(verdict, rivals)))
         lost = [
             k
             for k in sorted(before, key=lambda k: -k.seen_s)
@@ -125,6 +140,12 @@ class Recall:
             and not any(finder.required.is_over(camera, k.at(self.clock_s), poses).any() for poses in new)
         ]
         self._known[finder.target.name] = (*told, *lost[: self.config.most_gone])
+
+    def _instead(self, verdict: Verdict, rivals: Mapping[Verdict, Sequence[Rival]]) -> Mapping[str, Instead]:
+        """:param verdict: it may be turned otherwise than it was found."""
+        mine = [v for v in rivals if v.finder is verdict.finder]
+        found = min(mine, key=lambda v: float(np.linalg.norm(v.poses.t[0] - verdict.poses.t[0])), default=verdict)
+        return self.likes.left(found, rivals.get(found, ()))
 
     def doubt(self, finder: WholeObjectFinder, verdicts: Iterable[Verdict], camera: Camera) -> None:
         """What of a target is not told in this frame, not being probable enough: if it moves it may be in the next."""

@@ -50,7 +50,7 @@ class Turns:
         wait_s[old] = np.where(grown, np.minimum(were.wait_s, self._retry_s), were.wait_s)
         again_s = np.minimum(np.maximum(2 * were.wait_s, self._vain_s[old]), refresh_s)
         self._wait_s[old] = np.where(grown, self._retry_s, again_s)
-        self._waiting = set(old.tolist()) - _due(now_s - self._at_s, wait_s, passed_s)
+        self._waiting = set(old.tolist()) - due(now_s - self._at_s, wait_s, passed_s)
         self._searched, self._explained = set[int](), set[int]()
 
     def forget(self) -> None:
@@ -129,7 +129,7 @@ class Turns:
         return Looks.joined([searched, waiting.moved_to(self._now[old])])
 
 
-def _due(age_s: Array, wait_s: Array, passed_s: float) -> set[int]:
+def due(age_s: Array, wait_s: Array, passed_s: float) -> set[int]:
     """Those that are searched again: all that would be too late the next time, and, where there is nothing new to look
     at, of those that waited half their time the oldest, so many that turns spread out.
 

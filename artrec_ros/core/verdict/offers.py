@@ -7,8 +7,8 @@ it leaves. So pixels are shared out again without it, as long as more comes of t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,8 @@ from .descriptions import Describer
 from .enough import enough_of, without_surplus
 from .judge import Judge
 from .leaning import Leaning
-from .other_objects import beside_rivals, decided
+from .like_targets import LikeTargets, Past
+from .other_objects import OtherObjects, Rival, beside_rivals
 from .ownership import Shared
 from .verdicts import Verdict
 
@@ -41,6 +42,7 @@ class Told:
     :param surplus: verdicts on objects of which there are enough.
     :param fallen: verdicts on those that are not told by what is told of them.
     :param go_on: of each target those from which the next frame goes on: see `Described`.
+    :param rivals: of all that are objects what each may be instead.
     """
 
     detections: Sequence[Sequence[Detection]]
@@ -51,6 +53,7 @@ class Told:
     surplus: Sequence[Verdict]
     fallen: Sequence[Verdict]
     go_on: Sequence[Sequence[Verdict]] = ()
+    rivals: Mapping[Verdict, Sequence[Rival]] = field(default_factory=dict)
 
     @property
     def worth(self) -> float:
@@ -96,6 +99,7 @@ def _in_place_of(verdicts: Sequence[Verdict], finder: WholeObjectFinder, poses: 
 @dataclass(frozen=True)
 class Offers:
     """:param frame: where objects are. :param blobs: in which what they lack may be.
+    :param like: targets that may be taken for one another. :param past: what is known of them.
     :param surplus_alone: whether only what occurs too often is offered again: in space half hidden objects fall in most
         frames of a crowd, and each time would take as long as the first.
     """
@@ -104,6 +108,8 @@ class Offers:
     judge: Judge
     frame: ImageFrame
     blobs: Sequence[Blob]
+    like: LikeTargets
+    past: Past
     surplus_alone: bool = False
 
     def told(self, found: Found, shared: Shared, share: Callable[[Found], Shared | None]) -> Told:
@@ -127,7 +133,8 @@ class Offers:
         return best
 
     def _once(self, shared: Shared) -> Told:
-        accepted, rivals = decided(shared.accepted, shared.rivals, self.judge, self.frame.deadline)
+        choice = OtherObjects(self.judge, self.like, self.past)
+        accepted, rivals = choice.decided(shared.accepted, shared.rivals, self.frame.deadline)
         shared = shared._replace(accepted=accepted)
         told, surplus, objects = without_surplus(self.describers, accepted, self.frame, self.judge)
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
@@ -145,7 +152,7 @@ class Offers:
             others += unsure
             doubtful += reasons
             fallen += _behind(mine, unsure)
-        return Told(detections, others, doubtful, told, shared, surplus, fallen, go_on)
+        return Told(detections, others, doubtful, told, shared, surplus, fallen, go_on, rivals)
 
     def _leaning(
         self, accepted: Sequence[Verdict], described: Sequence[Sequence[Detection]], surplus: Sequence[Verdict]

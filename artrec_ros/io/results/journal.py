@@ -17,7 +17,7 @@ import numpy as np
 
 from ...core.geometry.transforms import Pose
 from ...core.memory.looks import Looks
-from ...core.memory.memory import Known, Memory
+from ...core.memory.memory import Instead, Known, Memory
 from ...core.model.found import (
     ClassFit,
     Detection,
@@ -65,8 +65,8 @@ class Recognised:
 _TYPES = {
     kind.__name__: kind
     for kind in (
-        ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Known, Looks,
-        Memory, Missing, Motion, OtherObject, OtherPlace, OtherTurn, Pose, Recognised, Rejection,
+        ClassFit, ConstraintFailure, Detection, Filtered, FrameResult, IdentityFit, ImagePose, Instance, Instead, Known,
+        Looks, Memory, Missing, Motion, OtherObject, OtherPlace, OtherTurn, Pose, Recognised, Rejection,
     )
 }  # fmt: skip
 

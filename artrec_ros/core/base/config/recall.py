@@ -78,11 +78,13 @@ class RecallConfig(Room):
     )
     steadiness: float = param(
         0.5,
-        "what an object's speeds of before count against those of the last step",
+        "what an object's speeds of before count against those of the last step, and likewise log odds of what may be "
+        "there instead of it",
         low=0,
         high=1,
         paths=_WHOLE,
-        origin="two frames' noise against steps that change: as guesses are fitted, it matters little",
+        origin="two frames' noise against steps that change: as guesses are fitted, it matters little; what a frame "
+        "says of two that look the same is as far off one way as the next is the other way",
     )
     kept: float = param(
         0.9,

@@ -85,6 +85,7 @@ class Recognizer:
         self._by_size, self._on_plane = SizePlacer(self._targets, config), PlanePlacer(self._targets, config)
         self._classifier = Classifier(self._targets if config.profile == "default" else (), config)
         self._models = {t.name: t.model for t in self._targets}
+        self._number = {t.name: n for n, t in enumerate(self._targets)}
         self._wanted = {label for target in self._targets for label in target.labels}
         self._on_bodies = {label for target in self._targets for label in target.on_bodies}
 
@@ -162,7 +163,8 @@ class Recognizer:
             whole += [self._facing.recognize(frame, blobs, recall)] if self._faces[calibrated] else []
             whole += [self._spatial.recognize(frame, blobs, recall)] if calibrated else []
             for found in whole:
-                detections, rejected = (*found.detections, *detections), _joined(found.rejected, rejected)
+                mine = sorted(found.detections, key=lambda d: self._number[d.object])
+                detections, rejected = (*mine, *detections), _joined(found.rejected, rejected)
             detections, surplus = one_of_each(detections, self._models)
             detections, rejected = self._placed(detections, frame), _joined(surplus, rejected)
         left = self._blobless(labels, blobs, {d.object for d in detections}, frame.scene)

@@ -24,8 +24,9 @@ def way_of(target: Target, config: RecognizerConfig, *, calibrated: bool) -> str
 
 
 def of_way(way: str, targets: Sequence[Target], config: RecognizerConfig, *, calibrated: bool) -> tuple[Target, ...]:
-    """The targets that take a way."""
-    return tuple(t for t in targets if way_of(t, config, calibrated=calibrated) == way)
+    """The targets that take a way, by their names: of two that look the same whose turn comes first is found first."""
+    mine = (t for t in targets if way_of(t, config, calibrated=calibrated) == way)
+    return tuple(sorted(mine, key=lambda t: t.name))
 
 
 def all_on_plane(targets: Sequence[Target], config: RecognizerConfig) -> bool:

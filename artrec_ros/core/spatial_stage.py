@@ -62,6 +62,8 @@ class SpatialStage:
         past = recall or Recall()
         if more := self._like_targets.candidates(frame.hurried(search.search_share), shared.accepted, blobs, past):
             shared = looks.beside(list(more.items()))
+        if frame.deadline.expired:
+            past.likes.cut_short()
         offers = Offers(self._describers, self._judge, frame, blobs, self._like, past.likes, surplus_alone=True)
         told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.go_on, strict=True):

@@ -106,23 +106,41 @@ def test_a_memory_of_what_may_be_there_instead_comes_back_from_a_journal():
     np.testing.assert_equal(first, second)
 
 
+def struck(monkeypatch, look, strikes_after=np.inf):
+    """What comes of a look where time is over once the clock was asked so often; and how often it was."""
+    asked = []
+
+    def clock():
+        asked.append(True)
+        return np.inf if len(asked) > strikes_after else 0.0
+
+    monkeypatch.setattr(deadline.time, "perf_counter", clock)
+    return look(), len(asked)
+
+
 @CAMERAS
 @pytest.mark.parametrize("share", [0.5, 0.7, 0.8, 0.9, 0.97])
 def test_where_time_ends_before_others_are_compared_nothing_is_sure(monkeypatch, camera, share):
-    engine, image, asked = recognizer(BOTH, camera, time_budget_ms=1000.0), rendered(Pair(75.0, 60.0, 0.3, 600.0)), []
+    engine, image = recognizer(BOTH, camera, time_budget_ms=1000.0), rendered(Pair(75.0, 60.0, 0.3, 600.0))
 
-    def until(strikes_after):
-        def clock():
-            asked.append(True)
-            return np.inf if len(asked) > strikes_after else 0.0
-
-        asked.clear()
-        monkeypatch.setattr(deadline.time, "perf_counter", clock)
+    def look():
         return engine.recognize(image, camera)
 
-    until(np.inf)
-    result = until(int(share * len(asked)))
+    result, _ = struck(monkeypatch, look, int(share * struck(monkeypatch, look)[1]))
     assert all(d.score < 0.75 and d.other_object is not None for d in result.detections)
+
+
+def test_nothing_is_looked_for_in_vain_where_there_is_no_time_to_see_what_comes_of_it(monkeypatch):
+    camera, image = camera_of(SIZE), rendered(Pair(75.0, 60.0, 0.3, 600.0))
+    engine = recognizer(BOTH, camera, time_budget_ms=1000.0)
+
+    def look():
+        return engine.follow(image, camera, 0, None)[1]
+
+    _, asked = struck(monkeypatch, look)
+    memories = [struck(monkeypatch, look, n)[0] for n in range(asked // 2, asked)]
+    instead = [one for m in memories for mine in m.known.values() for k in mine for one in k.instead.values()]
+    assert instead and all(one.known is not None for one in instead)
 
 
 @CAMERAS

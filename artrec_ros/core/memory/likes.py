@@ -74,6 +74,10 @@ class Likes:
         """There is no time to look at them."""
         self._left_out += pairs
 
+    def cut_short(self) -> None:
+        """There is no time to see what came of looks."""
+        self._left_out, self._looked = [*self._left_out, *self._looked], []
+
     def before(self, verdict: Verdict) -> Before:
         """What is known of an object's place."""
         told, instead = self._place(verdict)
@@ -98,7 +102,7 @@ class Likes:
             if rival is not None and rival.verdict is not None:
                 known = self._followed(old.known if old else None, rival.finder, rival.verdict)
                 out[name] = Instead(known, rival.log_odds, at[0], self._refresh_s, at[1])
-            elif name in looked or (rival is None and old is not None and old.known):
+            elif rival is None and (name in looked or (old is not None and old.known)):
                 wait_s = self._vain_s if old is None or old.known else min(2 * old.wait_s, self._refresh_s)
                 out[name] = Instead(None, 0.0, at[0], wait_s, at[1])
         return out

@@ -67,11 +67,13 @@ class LikeTargetLooks:
         own = [b for b in place.own if b.label in finder.root_labels]
         if not own:
             return None
-        # which of them its required component made is not known
+        # which of them its required component made is not known, and a plain look is content with less
         plain = [found for b in own if (found := self._looks.plain(place.rest, finder, b)) is not None and len(found)]
-        if plain:
-            return Poses.concatenate(plain)
-        return self._looks.full(place.rest, finder, max(own, key=lambda b: b.area_px))
+        found = Poses.concatenate(plain) if plain else finder.surface.no_poses
+        if len(found) and finder.voter.votes(place.rest, found, occlusion=True).max() >= place.least_votes:
+            return found
+        close = self._looks.close(place.rest, finder, max(own, key=lambda b: b.area_px))
+        return Poses.concatenate([found, close])
 
 
 class _Place:
@@ -87,6 +89,11 @@ class _Place:
     ) -> None:
         self._frame, self._verdict, self._accepted = frame, verdict, accepted
         self._blobs, self._explained = blobs, explained
+
+    @property
+    def least_votes(self) -> float:
+        """That make another target's object in its place a rival."""
+        return self._verdict.finder.config.verdict.mirrored_votes * self._verdict.votes
 
     @cached_property
     def rest(self) -> ImageFrame:

@@ -106,6 +106,18 @@ def test_a_memory_of_what_may_be_there_instead_comes_back_from_a_journal():
     np.testing.assert_equal(first, second)
 
 
+@pytest.mark.parametrize("turn", [-1.25, -1.0, -0.75])
+def test_where_a_plain_look_finds_less_than_is_there_a_closer_one_is_taken(turn):
+    """Each of three looks like the others after a quarter turn."""
+    models = {name: (plate([OTHER + int(one) for one in name]), TEAM) for name in ("0011", "1001", "0110")}
+    (one,) = (
+        recognizer(models, camera_of(SIZE))
+        .recognize(rendered(Plate(75.0, 60.0, turn, 500.0, "0011")), camera_of(SIZE))
+        .detections
+    )
+    assert one.as_told < 0.6
+
+
 def struck(monkeypatch, look, strikes_after=np.inf):
     """What comes of a look where time is over once the clock was asked so often; and how often it was."""
     asked = []

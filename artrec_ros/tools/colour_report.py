@@ -10,6 +10,7 @@ import numpy as np
 
 from ..core.base.config import LearningConfig, VotesConfig
 from ..core.geometry.transforms import Array
+from ..core.learning.colour_counts import speaks
 from ..core.learning.colour_learning import Learned
 from ..io.learned.marked_objects import BESIDE, REST
 from .colour_setup import ColourSetup
@@ -53,6 +54,7 @@ def report(
     yield from _advice_on_strays(learned)
     yield from _advice_on_outlines(learned, scales, beyond_px)
     yield from _advice_on_the_lost(learned, bodies)
+    yield from _advice_on_lost_markers(learned)
 
 
 def scale_limits(scales: Array) -> tuple[float, float]:
@@ -153,15 +155,30 @@ def _advice_on_the_lost(learned: Learned, bodies: Collection[str]) -> Iterator[s
     """A line for each class that would speak for its objects by less than half of what a plain one does."""
     for name in sorted(set(learned.image.classes) & set(learned.confusion)):
         is_body = name in bodies
-        own, unknown, other = VotesConfig().body if is_body else VotesConfig().inside
         shares = learned.confusion[name]
-        right, rest = shares.get(name, 0.0), shares.get("unknown", 0.0)
-        if own * right + unknown * rest + other * (1 - right - rest) < own / 2:
+        if not speaks(name, shares, VotesConfig().body if is_body else VotesConfig().inside):
+            rest = shares.get("unknown", 0.0)
             remedy = _remedy_of_body(name, shares, rest) if is_body else _remedy(name, shares, rest)
             yield (
-                f"{right:.0%} of the {'body' if is_body else 'marker'}'s class '{name}' is told, too little: it speaks "
-                f"for objects by less than half of what it should, or against them. {remedy}"
+                f"{shares.get(name, 0.0):.0%} of the {'body' if is_body else 'marker'}'s class '{name}' is told, too "
+                f"little: it speaks for objects by less than half of what it should, or against them. {remedy}"
             )
+
+
+def _advice_on_lost_markers(learned: Learned) -> Iterator[str]:
+    """A line for each marker that is lost though its class, which others show as well, is told."""
+    votes = VotesConfig().inside
+    for name, markers in learned.markers.items():
+        if not speaks(name, learned.confusion[name], votes):
+            continue
+        for marker, shares in markers.items():
+            if not speaks(name, shares, votes):
+                yield (
+                    f"{marker or 'what is drawn of it'}: {shares.get(name, 0.0):.0%} told as {name}, too little, "
+                    f"{learned.confusion[name].get(name, 0.0):.0%} of all that is {name}: it looks different from what "
+                    "else has this class. Give it a class of its own, by `label` of the component in the object file "
+                    "or of the object in the parameter file, and a name in image.classes; or mark more of it"
+                )
 
 
 def _remedy(name: str, shares: Mapping[str, float], unknown: float) -> str:

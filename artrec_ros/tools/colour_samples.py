@@ -20,6 +20,7 @@ from ..core.learning.outline_reach import Outlines
 from ..io.base.bars import bar
 from ..io.learned.marked_objects import BESIDE, REST
 from ..io.learned.regions import MarkedImage
+from .marker_samples import MarkerSamples, Parts
 
 # of `image`, by which colours are learned
 GIVEN = "smoothing_px", "gamma", "blur_noise", "gain_percentile", "gain_level", "gain_limit"
@@ -35,6 +36,7 @@ class Told:
     """Some of the images with their class numbers, and class number -> label; 0: background.
 
     :param by_segmenter: the numbers come from label images. :param camera: how images were made even and sharp before.
+    :param parts: samples of classes that several markers show.
     :param exact: of each image the class and outline of its markers, as axes tell.
     :param marked: all images in which regions tell them. :param blank: rectangles that are not looked at.
     """
@@ -43,6 +45,7 @@ class Told:
     by_segmenter: bool
     camera: ImageConfig
     pairs: list[Pair] = field(default_factory=list)
+    parts: Parts = field(default_factory=dict)
     exact: Sequence[Outlines] = ()
     marked: Sequence[MarkedImage] = ()
     blank: tuple[int, ...] = ()
@@ -86,9 +89,11 @@ def samples_of_regions(
     names = {0: REST} | dict(enumerate((name for name in found if name != REST), start=1))
     numbers = {name: n for n, name in names.items()}
     camera = _measured(marked[:: 1 + len(marked) // _TRIED], numbers, blank, camera, gamma_known)
-    pairs = (_prepared(m.read(numbers, UNMARKED), blank, camera) for m in marked)
+    by_marker = MarkerSamples.of(marked, numbers)
+    pairs = by_marker.gathered((_prepared(m.read(numbers, UNMARKED), blank, camera) for m in marked), camera.blur_px)
     samples, told = _collect(pairs, names, labels, by_segmenter=False, camera=camera)
-    return samples, replace(told, exact=[m.exact for m in marked[: len(told.pairs)]], marked=marked, blank=blank)
+    exact = [m.exact for m in marked[: len(told.pairs)]]
+    return samples, replace(told, parts=by_marker.parts, exact=exact, marked=marked, blank=blank)
 
 
 def _measured(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,16 @@ def confusion(samples: Samples, image: ImageConfig) -> dict[str, dict[str, float
     names = {cls.label: name for name, cls in image.classes.items()} | {0: "unknown"}
     shared = {names[label]: _each(samples, share) for label, share in shares(image, _codes(samples)).items()}
     return {name: {other: float(of[name].mean()) for other, of in shared.items() if of[name].any()} for name in samples}
+
+
+def speaks(name: str, shares: Mapping[str, float], votes: Sequence[float]) -> bool:
+    """Whether what is told of a class' samples speaks for its objects by half of what it should, or more.
+
+    :param shares: as of `confusion`. :param votes: as of `VotesConfig`.
+    """
+    own, unknown, other = votes
+    right, rest = shares.get(name, 0.0), shares.get("unknown", 0.0)
+    return own * right + unknown * rest + other * (1 - right - rest) >= own / 2
 
 
 def _codes(samples: Samples) -> NDArray[np.uint16]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache, partial
 from itertools import product
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import cv2
 import numpy as np
@@ -30,6 +30,7 @@ _ALIKE = 0.005  # shares that differ by less are equal
 _ENDED = 0.3  # share of what is around a region that is told where its outline is
 _SAME = (0.8, 1.25)  # light in which a colour still is the same
 
+Key = TypeVar("Key")
 Pair = tuple[NDArray[np.uint8], NDArray[np.uint8]]  # colour image (H, W, 3) BGR, class numbers (H, W)
 
 
@@ -58,6 +59,7 @@ class Learned:
     :param rings_px: classes that go on just beyond their outlines all around -> how far, pixels.
     :param mostly_in: background and the class that takes much of it -> the one region, where one holds most of that.
     :param strays: references that may be of something else.
+    :param markers: class that several markers show -> marker, '': what is drawn of it -> `confusion`'s of it.
     """
 
     image: ImageConfig
@@ -66,15 +68,16 @@ class Learned:
     rings_px: Mapping[str, float] = field(default_factory=dict)
     mostly_in: Mapping[tuple[str, str], str] = field(default_factory=dict)
     strays: Sequence[Stray] = ()
+    markers: Mapping[str, Mapping[str, Mapping[str, float]]] = field(default_factory=dict)
 
 
 def sample_colours(
     image: NDArray[np.uint8],
     labels: NDArray[np.uint8],
-    names: Mapping[int, str],
+    names: Mapping[int, Key],
     rng: np.random.Generator,
     blur_px: float = 0.0,
-) -> dict[str, NDArray[np.uint8]]:
+) -> dict[Key, NDArray[np.uint8]]:
     """Name -> (n, 3) colours of a part of the pixels with its label, none of them at an edge.
 
     Of a class whose pixels all lie near edges, as in patches of some 10 px, the third that lies deepest.

@@ -69,8 +69,8 @@ def load_marked_objects(
         if own.markers:
             beneath, above = parted(drawn.pop(image, ()), own.markers)
             regions = (*larger_first([*beneath, *own.bodies]), *larger_first([*above, *own.markers]))
-            exact, ignored = tuple(own.markers), tuple(own.ignored)
-            marked.append(MarkedImage(image, regions, REST, around_px, ignored, sizes[image], exact))
+            exact, ignored = (tuple(own.markers), tuple(own.called)), tuple(own.ignored)
+            marked.append(MarkedImage(image, regions, REST, around_px, ignored, sizes[image], *exact))
     # where no object is annotated nobody has said that the rest is background
     return marked + [MarkedImage(image, tuple(larger_first(own))) for image, own in drawn.items() if own]
 
@@ -78,9 +78,10 @@ def load_marked_objects(
 @dataclass
 class _Seen:
     """What an image shows of the objects in it: outlines of markers and of bodies' sure parts, each with its class'
-    name, and of what is ignored."""
+    name, what each marker is called, and outlines of what is ignored."""
 
     markers: list[tuple[str, Array]] = field(default_factory=list)
+    called: list[str] = field(default_factory=list)
     bodies: list[tuple[str, Array]] = field(default_factory=list)
     ignored: list[Array] = field(default_factory=list)
 
@@ -97,9 +98,11 @@ class _Seen:
         for ball, outline in marked_balls(o, target):
             label = label_of(ball, target.label, shown.get(ball.name), o)
             self.markers.append((_named(label, ball.name, o, names), outline))
+            self.called.append(f"{target.name}: {ball.name}")
         flat = target.model.is_flat  # else bodies do not follow from axes
         for component, marker, place, label in _shown_markers(o, annotations, targets, names):
             self.markers.append((names[label], outline_px(marker, place, plane)))
+            self.called.append(f"{target.name}: {component.name}/{marker.name}")
             for body_label in {*component.body_labels} & {*names} if flat else ():
                 for outline in _body_outlines(component, marker, place, plane):
                     self.bodies.append((names[body_label], _inner_part(outline)))

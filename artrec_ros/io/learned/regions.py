@@ -30,7 +30,7 @@ class MarkedImage:
     :param around_px: what is farther than this from every region is not marked at all.
     :param ignored: outlines of what is not marked, whatever lies there; regions go before.
     :param size: width and height, where its file tells them.
-    :param exact: those regions that end where markers do, as axes tell.
+    :param exact: those regions that end where markers do, as axes tell. :param markers: the marker of each of these.
     """
 
     path: Path
@@ -40,6 +40,7 @@ class MarkedImage:
     ignored: tuple[Array, ...] = ()
     size: tuple[int, int] | None = None
     exact: tuple[tuple[str, Array], ...] = ()
+    markers: tuple[str, ...] = ()
 
     def smaller_before(self) -> MarkedImage:
         """The same where a region that lies inside another goes before."""
@@ -64,6 +65,17 @@ class MarkedImage:
         for category, outline in self.regions:
             _fill(labels, outline, numbers[category])
         return image, labels
+
+    def parts(self, category: str, own: NDArray[np.bool_]) -> Iterator[tuple[str, NDArray[np.bool_]]]:
+        """A category's pixels (H, W) by the marker that shows them; '': those that are drawn."""
+        drawn, seen = own.copy(), dict[str, NDArray[np.uint8]]()
+        for (name, outline), marker in zip(self.exact, self.markers, strict=True):
+            if name == category:
+                _fill(seen.setdefault(marker, np.zeros(own.shape, np.uint8)), outline, 1)
+        for marker, mask in seen.items():
+            drawn &= mask == 0
+            yield marker, own & (mask > 0)
+        yield "", drawn
 
 
 def covered(outline: Array, shape: tuple[int, ...]) -> NDArray[np.bool_]:

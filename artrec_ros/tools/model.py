@@ -36,7 +36,8 @@ from .options.camera_options import add_camera, camera_of
 from .options.outputs import OF_OBJECT, OF_PAGES, check_drawing, check_output
 from .options.paths import path
 from .options.picture_sizes import picture_sizes
-from .training.marked_lengths import lines, measured_by, varying
+from .training.marked_lengths import lines, measured_by
+from .training.varying_marks import varying
 
 _YAML, _URDF, _SVG = (".yaml", ".yml"), (".urdf", ".xml"), (".svg",)
 _COMPARED = partial(bar, desc="comparing markers", unit="pair", delay=1, leave=False)

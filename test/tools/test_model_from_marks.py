@@ -9,6 +9,7 @@ from model_runs import OBJECTS, ONE_MARKER, QUADRUPED, run
 
 from artrec_ros.core.base.errors import ConfigError
 from artrec_ros.io.objects.object_reader import load_object
+from artrec_ros.tools.main import main
 
 JOINTED = """
 format: artrec_object/1
@@ -205,3 +206,49 @@ def test_radii_of_discs_stay_and_tell_no_scale(tmp_path, capsys, radius):
     assert "knee/lamp: its radius stays, though marked ends lie 0.67 times as far apart" in told
     assert "side/bar becomes 8% smaller, as it is marked" in told
     assert "at the scale that distances tell" in told
+
+
+DISCS = """
+format: artrec_object/1
+name: discs
+markers: {large: {disc: {radius: 0.15}}, small: {disc: {radius: 0.1}}}
+components:
+  base: {required: true, markers: {large: {pose: {}}}}
+  nose:
+    markers: {small: {pose: {}}}
+    joint: {name: slide, type: prismatic, parent: base, origin: {xyz: [1, 0, 0]}, axis: [1, 0, 0], limits: [-0.4, 0.4]}
+"""
+
+
+def two_discs(folder, times):
+    """Marks of that object at 200 pixels a metre, the small disc so many times as large in each picture."""
+    rows = []
+    for n, larger in enumerate(times):
+        along = np.array([math.cos(0.5 * n), math.sin(0.5 * n)])
+        base = np.array([300.0, 300.0])
+        nose = base + 200 * (1 + 0.3 * math.sin(n)) * along
+        points = [base - 30 * along, base + 30 * along, nose - 20 * larger * along, nose + 20 * larger * along]
+        rows.append({"image_id": n, "category_id": 1, "keypoints": [float(v) for p in points for v in (*p, 2)]})
+    keypoints = ["base/large.tail", "base/large.head", "nose/small.tail", "nose/small.head"]
+    coco = {
+        "images": [{"id": n, "file_name": f"{n}.png"} for n in range(len(rows))],
+        "annotations": rows,
+        "categories": [{"id": 1, "name": "discs", "keypoints": keypoints}],
+    }
+    (folder / "marks.json").write_text(json.dumps(coco))
+    (folder / "discs.yaml").write_text(DISCS)
+    return folder / "discs.yaml", folder / "marks.json"
+
+
+@pytest.mark.parametrize("command", ["model", "train"])
+def test_sizes_that_differ_from_picture_to_picture_are_told_by_all_that_read_marks(command, tmp_path, capsys):
+    """Positions fit whatever the object's lengths are: that was told as an object file that holds."""
+    for times, told in ([1.0] * 6, False), ([0.6, 1.0, 1.0, 1.0, 1.0, 1.6], True):
+        source, marks = two_discs(tmp_path, times)
+        files = ["--object", source, "--annotations", marks, "-o", tmp_path / "constraints.yaml"]
+        arguments = [source, "--marks", marks] if command == "model" else files
+        assert main([command, *map(str, arguments)]) == 0
+        out = capsys.readouterr().out
+        assert ("nose/small is marked 0.60 to 1.60 times as large beside base/large" in out) == told
+        assert ("in 2 of 6 pictures" in out and "radius 0.13 nine in ten" in out) == told
+        assert "holds as it is" not in out and ("Pose and joints take up" in out) == (command == "model")

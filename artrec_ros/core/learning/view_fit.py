@@ -19,7 +19,7 @@ from .joint_limits import Carried, JointValues, carried
 from .lengths import Lengths
 from .marked_views import Eye, Start
 
-_CLICK_PX, _MISTAKEN = 1.0, 3.0  # deviation of a marked end; beyond so many it counts for less
+CLICK_PX, _MISTAKEN = 1.0, 3.0  # deviation of a marked end; beyond so many it counts for less
 _LOST = 6.0  # times as far off as most: a mistake, which tells no joint's value
 _MOST_LOST = 0.25  # of an image's marks: with more its pose may be another one
 _LOOSE = 1e-6  # what is known of a pose and of joints beside marks: nothing, in 1 / deviations squared
@@ -116,7 +116,7 @@ class Views:
     def _mistaken(self, apart: Array) -> NDArray[np.bool_]:
         """(n, J) of which images' joints an axis is that lies far off, by axes' distances (m,): of joints that move it;
         of all where none does, or where it is one of few."""
-        lost = apart > max(_MISTAKEN * _CLICK_PX, _LOST * float(np.median(apart)))
+        lost = apart > max(_MISTAKEN * CLICK_PX, _LOST * float(np.median(apart)))
         number, marked = (np.bincount(i, minlength=len(self._start)) for i in (self._image[lost], self._image))
         out = np.repeat((number > _MOST_LOST * marked)[:, None], self._start.q.shape[1], axis=1)
         for n, c in zip(self._image[lost], self._lengths.components[self._marker[lost]], strict=True):
@@ -155,7 +155,7 @@ class Views:
         seen = (self._ends[disc, 1] - self._ends[disc, 0]) / 2
         longer = np.linalg.norm(half[disc] + seen, axis=1) - np.linalg.norm(seen, axis=1)
         half[disc] = np.column_stack([longer, np.zeros(len(longer))])
-        return np.asarray(np.sqrt(2) / _CLICK_PX * np.concatenate([middle, half], axis=1).ravel())
+        return np.asarray(np.sqrt(2) / CLICK_PX * np.concatenate([middle, half], axis=1).ravel())
 
 
 def _least(

@@ -15,14 +15,13 @@ from ...core.geometry.transforms import Array
 from ...core.learning.fixed_distances import fixed_distances
 from ...core.learning.joint_limits import LimitChange
 from ...core.learning.lengths import Change
-from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE, marks_of
+from ...core.learning.marked_views import LEAST_WORST_PX, WORST_SHARE
 from ...core.learning.size_fit import LEAST_VIEWS, Kept, Measured, TooFew
-from ...core.learning.varying_distances import Varying, varying_distances
 from ...core.learning.view_fit import Far
 from ...core.model.objects import ObjectModel
 from ...io.learned.annotations import Annotations
-from ...simulation.records import keypoint_names
 from .disc_radii import measure_but_discs
+from .varying_marks import categories_of, uneven
 
 _GLANCE = 24  # marked objects that are enough to see whether there is something to measure
 _WORTH_TELLING = 0.03  # of a marker's size
@@ -48,7 +47,7 @@ def measured_by(annotations: Annotations, model: ObjectModel, camera: Camera | N
             f"--marks: '{model.name}' is not flat, so its lengths show in images of a calibrated camera alone: "
             "--camera-info"
         )
-    own = annotations.of(_categories_of(model, annotations))
+    own = annotations.of(categories_of(model, annotations))
     own.examples(model)  # names a keypoint that is none of the object's
     print(f"Measuring '{model.name}' in {len(own.objects)} marked objects ...", file=sys.stderr, flush=True)
     measured = measure_but_discs(own, model, camera)
@@ -79,12 +78,6 @@ def _too_few(found: TooFew, marked: int, name: str) -> str:
     return line
 
 
-def _categories_of(model: ObjectModel, annotations: Annotations) -> list[str]:
-    """Those of which all keypoints are the object's; none where there are none."""
-    known = set(keypoint_names(model))
-    return [name for name, keypoints in annotations.categories.items() if known.issuperset(keypoints)]
-
-
 def hint(annotations: Annotations, model: ObjectModel, camera: Camera | None, path: Path) -> Iterator[str]:
     """What `artrec train` says where marked images fit an object file clearly better with other lengths.
 
@@ -92,6 +85,8 @@ def hint(annotations: Annotations, model: ObjectModel, camera: Camera | None, pa
     """
     if not model.is_spatial or (camera is None and not model.is_flat):
         return
+    if camera is None:
+        yield from uneven(annotations, model)
     print("Comparing the object file's lengths with the marks ...", file=sys.stderr, flush=True)
     measured = measure_but_discs(annotations, model, camera, _GLANCE)
     if isinstance(measured, Measured) and measured.helps:
@@ -116,7 +111,10 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
         f"the object file has them, and {measured.after_px:.2f} px with lengths that other marked objects measured."
     )
     if not measured.helps:
-        yield "The object file holds as it is: nothing is measured better, and it is copied."
+        if _tells_nothing(model, metric):
+            yield "Pose and joints take up all that is marked: no lengths are measured, and the file is copied."
+        else:
+            yield "The object file holds as it is: nothing is measured better, and it is copied."
         yield from map(_too_narrow, measured.outside)
     else:
         if not metric and model.required.markers[0].disc_radius is not None and fixed_distances(model):
@@ -136,30 +134,10 @@ def lines(measured: Measured, metric: bool) -> Iterator[str]:
         yield f"{far.place}: {far.component}/{far.marker} lies {far.off_px:.0f} px off: tail and head, left and right?"
 
 
-def varying(annotations: Annotations, model: ObjectModel) -> Iterator[str]:
-    """A line for each two markers of a flat object whose distance no joint changes and marks do.
-
-    :param annotations: of images straight from above.
-    """
-    own = annotations.of(_categories_of(model, annotations))
-    found = varying_distances(model, [marks_of(model, o.points, o.place) for o in own.objects])
-    for v in found[:_FEW_FAR]:
-        yield (
-            f"warning: {'/'.join(v.first)} and {'/'.join(v.second)}: no joint changes their distance, but marks have "
-            f"it {v.least:.2f} to {v.most:.2f} times what it mostly is, off in {v.off} of {v.images} images, most in "
-            f"{v.place}: a mark that is wrong, or {_why_varying(model, v)}"
-        )
-    if len(found) > _FEW_FAR:
-        yield f"warning: so have {len(found) - _FEW_FAR} more distances"
-
-
-def _why_varying(model: ObjectModel, found: Varying) -> str:
-    """What the object may do that its file does not: a component has one joint."""
-    order = [c.name for c in model.components]
-    joint = model.component(max(found.first[0], found.second[0], key=order.index)).joint  # parents come first
-    if joint is None or joint.kind == "fixed":
-        return "a joint that slides and is not declared"
-    return "a limb that leaves the plane of the image, whose one joint is in use (docs/limbs.md says what to do)"
+def _tells_nothing(model: ObjectModel, metric: bool) -> bool:
+    """Whether marks fit whatever lengths an object has: an axis has two ends that count, a disc its middle."""
+    known = sum(4 if marker.disc_radius is None else 2 for marker in model.markers.values())
+    return known <= (6 if metric else 4) + len(model.joint_components)
 
 
 def _table(measured: Measured, extent_m: float | None) -> Iterator[str]:

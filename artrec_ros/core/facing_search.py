@@ -29,12 +29,13 @@ from .pose.facing_limbs import FacingLimbs
 from .pose.facing_pairs import FacingPairs
 from .pose.finder import WholeObjectFinder
 from .pose.guesses import is_small
+from .pose.others_shown import OthersShown
 from .pose.poses import Poses
 from .pose.ranked import Ranked, first_of_each
 
 _TURNS = 24  # all around: hypotheses of one place that differ by less than one are alike
 _ALIKE = 2  # rivals that are alike where a disc tells no direction: one and its fit to the contours
-_TURNED_AT_ONCE = 256  # between two looks at the clock
+_TURNED_AT_ONCE = 2048  # between two looks at the clock: few at a time take as long again
 _CELLS = 1 << 20  # more than any image has along a side
 
 
@@ -45,6 +46,7 @@ class FacingSearch:
         self.finder, self._config = finder, config
         model, surface = finder.target.model, finder.surface
         self._directions = Directions.about_required(finder, config)
+        self._others = OthersShown(finder, config.verdict.lengths_off) if self._directions.turned > 1 else None
         self._guesser = FacingGuesser(model, surface, config, surface.root, self._directions.laid)
         self._limbs = FacingLimbs(model, surface, config)
         self._pairs = FacingPairs(finder, self._guesser, config, self._directions.kept)
@@ -230,11 +232,15 @@ class FacingSearch:
     def _turned(self, frame: ImageFrame, poses: Poses, blob: NDArray[np.int64]) -> tuple[Poses, NDArray[np.int64]]:
         """What was laid on blobs (H,), in the best of the directions in which it is to be turned, and their blobs."""
         directions = self._directions
-        if directions.turned == 1:
+        if self._others is None or not len(poses):
             return poses, blob
+        shown = self._others.in_frame(frame)
         found, of = [self.finder.surface.no_poses], [np.zeros(0, np.int64)]
         for part in frame.deadline.parts(len(poses), max(_TURNED_AT_ONCE // directions.turned, 1)):
             turned, which = directions.turn(self.finder, self._guesser, frame, poses[part])
+            told = shown(turned)
+            told[np.unique(which, return_index=True)[1]] = True  # what is laid is judged, whatever is around it
+            turned, which = turned[np.flatnonzero(told)], which[told]
             ranked = with_joints(self.finder, frame, turned)
             best = first_of_each(which, ranked.votes, directions.kept)
             found.append(ranked.poses[best])

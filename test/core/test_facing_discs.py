@@ -2,12 +2,14 @@
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 from scene import disc
 from settings import settings
 from squares import TEAM, Placing, hinge, rendered
 
+from artrec_ros.core import facing_search
 from artrec_ros.core.base.config import ImageConfig
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.segmentation import Segmenter
@@ -163,3 +165,19 @@ def test_what_a_joint_turns_to_where_it_is_wants_no_smaller_steps():
 def test_what_has_nothing_around_it_or_an_outline_is_tried_as_configured(model):
     directions, config = about(model)
     assert directions == Directions(config.facing.turns, 1, config.facing.per_patch)
+
+
+def test_directions_in_which_no_pixel_speaks_for_another_marker_are_not_looked_into(monkeypatch):
+    """Specks of the disc's class all over the image took seconds, each turned all around; the robot is found as ever."""
+    rows, ranked = list[int](), facing_search.with_joints
+    monkeypatch.setattr(
+        facing_search, "with_joints", lambda f, i, poses: rows.append(len(poses)) or ranked(f, i, poses)
+    )
+    labels = rendered(Dotted(60, 60, 0.4, 200.0), size=(300, 120), fine=4)
+    for x in range(120, 290, 40):
+        cv2.circle(labels, (x, 60), 5, TEAM, -1)
+    looks = settings(time_budget_ms=60000, min_scale=180.0, max_scale=220.0)
+    engine = Recognizer((Target("robot", dotted(DOTS), TEAM),), looks, Segmenter(ImageConfig()))
+    (found,) = engine.recognize(labels).detections
+    assert len(found.components) == 5 and np.hypot(found.image.x - 60, found.image.y - 60) < 1
+    assert sum(rows) < 4 * 2 * about(dotted(DOTS))[0].turned  # of six discs, as laid and at rest on their contours

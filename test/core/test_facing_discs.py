@@ -168,7 +168,7 @@ def test_what_has_nothing_around_it_or_an_outline_is_tried_as_configured(model):
 
 
 def test_directions_in_which_no_pixel_speaks_for_another_marker_are_not_looked_into(monkeypatch):
-    """Specks of the disc's class all over the image took seconds, each turned all around; the robot is found as ever."""
+    """Specks of the disc's class all over an image took seconds, each turned all around; the robot is found."""
     rows, ranked = list[int](), facing_search.with_joints
     monkeypatch.setattr(
         facing_search, "with_joints", lambda f, i, poses: rows.append(len(poses)) or ranked(f, i, poses)

@@ -82,10 +82,11 @@ class FacingStage:
         likes = (recall or Recall()).likes
         if faced.deadline.hit:  # not all were looked for
             likes.leave_out(self._like.pairs(shared.accepted))
-        offers = Offers(self.describers, self._judge, faced, blobs, self._like, likes)
+        known = {} if recall is None else {s.finder: recall.expected(s.finder) for s in self._searches}
+        offers = Offers(self.describers, self._judge, faced, blobs, self._like, likes, known)
         told = offers.told(found, shared, partial(self._again, faced))
         if recall is not None:
-            for search, mine in zip(self._searches, told.verdicts, strict=True):
+            for search, mine in zip(self._searches, told.go_on, strict=True):
                 recall.accept(search.finder, mine, faced.camera, told.rivals)
         detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]

@@ -47,9 +47,10 @@ class SpatialStage:
         """
         if not self._finders:
             return StageResult()
-        if recall is not None:
-            known = [(f.target.name, recall.expected(f)) for f in self._finders]
-            frame = frame.expecting({name: (poses.R, poses.t, poses.q) for name, poses in known if len(poses)})
+        known = {} if recall is None else {f: recall.expected(f) for f in self._finders}
+        if known:
+            expected = {f.target.name: (poses.R, poses.t, poses.q) for f, poses in known.items() if len(poses)}
+            frame = frame.expecting(expected)
         search = self._config.search
         judge = self._judge.in_one_frame()
         search_of = SpatialSearch(frame.hurried(search.search_share), judge, search, recall, self._crew)
@@ -64,7 +65,7 @@ class SpatialStage:
             shared = looks.beside(list(more.items()))
         if frame.deadline.expired:
             past.likes.cut_short()
-        offers = Offers(self._describers, self._judge, frame, blobs, self._like, past.likes, surplus_alone=True)
+        offers = Offers(self._describers, self._judge, frame, blobs, self._like, past.likes, known, surplus_alone=True)
         told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.go_on, strict=True):
             if recall is not None:

@@ -76,7 +76,7 @@ class OnLikes:
     def distinct(self, camera: Camera, pose: Poses, others: Poses, log_odds: Array) -> NDArray[np.int64]:
         """Which of K others have some marker elsewhere than a pose, and than likelier ones: else one place would count
         twice. :param log_odds: (K,)"""
-        at, size_px = self._pixels(camera, Poses.concatenate([pose, others]))
+        at, size_px = self.pixels(camera, Poses.concatenate([pose, others]))
         kept = [0]
         for n in (1 + np.argsort(-log_odds, kind="stable")).tolist():
             off = np.linalg.norm(at[kept] - at[n], axis=2)
@@ -84,7 +84,7 @@ class OnLikes:
                 kept.append(n)
         return np.array(kept[1:], np.int64) - 1
 
-    def _pixels(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
+    def pixels(self, camera: Camera, poses: Poses) -> tuple[Array, Array]:
         """(H, M, 2) the middles of all markers in the image, (H, M) how large these are there."""
         at = self._finder.through_middles.places(poses, self._finder.surface.markers)
         return project(camera, at), self._size * camera.focal_px / at[..., 2]
@@ -127,7 +127,7 @@ class OnLikes:
     def same(self, camera: Camera, pose: Poses, others: Poses) -> NDArray[np.bool_]:
         """(K,) whether others have each marker, seen or not, on a like one of a pose: nothing hidden tells these from
         it."""
-        pixels, size_px = self._pixels(camera, Poses.concatenate([pose, others]))
+        pixels, size_px = self.pixels(camera, Poses.concatenate([pose, others]))
         off = np.linalg.norm(pixels[1:, :, None] - pixels[0], axis=3)  # (K, M, M)
         near = off < OFF * np.minimum(size_px[1:, :, None], size_px[0])
         return np.asarray((near & self._like).any(axis=2).all(axis=1))

@@ -122,7 +122,7 @@ def other_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> B
     if not len(bends.of):
         return bends
     least = finder.config.verdict.mirrored_votes * _own_votes(finder, scores[bends.of], bends)
-    started = _with_carried(finder, frame, bends)
+    started = with_carried(finder, frame, bends)
     bends = replace(bends, poses=finder.refit.of(frame, started, ANY_DEPTH).poses[len(bends.of) :])
     scores = finder.voter.judge(frame, bends.poses, occlusion=True)
     used, rests = (
@@ -192,7 +192,7 @@ def _none(poses: Poses) -> Bends:
     return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int), np.zeros(0))
 
 
-def _with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Poses:
+def with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Poses:
     """Their poses with what the joints carry on further joints where the labels like it best."""
     poses, surface = bends.poses, finder.surface
     kin, q = surface.kinematics, bends.poses.q.copy()

@@ -51,8 +51,8 @@ class ThroughMiddles:
         """A few poses, the best first. :param pose: one, near which the object is."""
         return self.begun(camera, self._starts(pose), middles)
 
-    def begun(self, camera: Camera, poses: Poses, middles: Middles) -> Poses:
-        """The same begun from some poses alone, which are about right."""
+    def begun(self, camera: Camera, poses: Poses, middles: Middles, *, held: bool = False) -> Poses:
+        """The same begun from some poses alone, which are about right. :param held: all but their joints are right."""
         c, patches = self._config, middles.patches
         wanted = Wanted(
             self._surface.component[patches],
@@ -64,7 +64,8 @@ class ThroughMiddles:
             camera.focal_px,
         )
         R, t, q, cost = poses.R.copy(), poses.t.copy(), poses.q.copy(), np.empty(len(poses))
-        go_through(wanted, self._kin.chain, self._joints, camera.lens, self._free, R, t, q, cost)
+        free = self._free & ((np.arange(len(self._free)) >= 6) | (not held))
+        go_through(wanted, self._kin.chain, self._joints, camera.lens, free, R, t, q, cost)
         poses = Poses(R, t, self._kin.bound(q))
         order = np.argsort(cost, kind="stable")
         through = order[self._is_through(camera, poses, middles)[order]]

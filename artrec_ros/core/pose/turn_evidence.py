@@ -47,24 +47,24 @@ def turn_odds(
 
     :param component: by what one component shows alone; None: by all that is known.
     """
-    return evidence(finder, frame, poses, others, component).log_odds(_weights(finder, frame))
+    return evidence(finder, frame, poses, others, component).log_odds(weights_of(finder, frame))
 
 
 def even_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
     """The same of others that show the same in the same places by other markers: before anything is known of them they
     are as likely."""
-    return evidence(finder, frame, poses, others).log_odds((0.0, *_weights(finder, frame)[1:]))
+    return evidence(finder, frame, poses, others).log_odds((0.0, *weights_of(finder, frame)[1:]))
 
 
 def exchanged_odds(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
     """As `even_odds` of others under which what is seen in one place is another component, each by the markers that it
     shows itself."""
-    return evidence(finder, frame, poses, others, exchanged=True).log_odds((0.0, *_weights(finder, frame)[1:]))
+    return evidence(finder, frame, poses, others, exchanged=True).log_odds((0.0, *weights_of(finder, frame)[1:]))
 
 
 def odds_at_first(finder: WholeObjectFinder, frame: ImageFrame) -> float:
     """Log odds of a turn of what a search has found, before anything is known of it."""
-    return _weights(finder, frame)[0]
+    return weights_of(finder, frame)[0]
 
 
 def odds_by_seen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, others: Poses) -> Array:
@@ -79,11 +79,12 @@ def odds_by_seen(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, oth
     by_seen = np.where(seen, shown, 0.0).sum(axis=1)
     votes = np.where(as_many, by_seen.reshape(2, h), voter.total(scores).reshape(2, h))
     found = contour_evidence(finder, frame, both, share_of_votes(votes[1], votes[0]), used, np.ones_like(used[0]))
-    at_first, *weights = _weights(finder, frame)
+    at_first, *weights = weights_of(finder, frame)
     return found.log_odds((0.0, *weights)) + np.where(as_many, 0.0, at_first)
 
 
-def _weights(finder: WholeObjectFinder, frame: ImageFrame) -> Sequence[float]:
+def weights_of(finder: WholeObjectFinder, frame: ImageFrame) -> Sequence[float]:
+    """As of `Evidence.log_odds`."""
     config = finder.config.verdict
     return config.turn_odds_colour if finder.rest.tells_colour_edges(frame) else config.turn_odds
 

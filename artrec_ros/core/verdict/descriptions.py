@@ -24,6 +24,7 @@ from .in_view import Parts, PartsInView
 from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
+from .other_blobs import OnOthers, OtherBlobs
 from .other_places import beside_laid_otherwise, beside_other_places
 from .otherwise import as_it_lies, bent_otherwise, otherwise
 from .readings import Readings
@@ -48,7 +49,7 @@ class Describer:
         if finder.facing:  # how many of its components are told is asked of what is described
             self._judge = self._judge.seeking
         self._left_over, self._other_ways = LeftOvers(finder), OtherWays(finder)
-        self._siblings = Siblings(finder)
+        self._siblings, self._other_blobs = Siblings(finder), OtherBlobs(finder)
         self._shown = ShownObjects(finder, self._identifier)
         self._chances = Chances(finder) if finder.facing else None
         self.readings = None if self._chances is None else Readings(finder, self._judge, self._chances)
@@ -89,25 +90,32 @@ class Describer:
         frame: ImageFrame,
         among: Sequence[Verdict] = (),
         blobs: Sequence[Blob] = (),
+        known: Poses | None = None,
     ) -> Described:
-        """:param among: all objects of the frame, other targets' too. :param blobs: in which what they lack may be."""
+        """:param among: all objects of the frame, other targets' too. :param blobs: in which what they lack may be.
+        :param known: where earlier frames have this target's objects."""
         if not verdicts:
             return Described((), ())
         judged = dict[Verdict, Parts]()
         verdicts = _probable_first(verdicts)
         rest = at_rest(self.finder, verdicts, among, frame)
         shown = self._shown.of(rest, frame, judged, self._leaves(rest, among, frame, blobs))
+        on_others = self._on_others(rest, shown, frame, among, blobs)
         turned, refused = self._turned(rest, shown)
+        turned |= (moved := self._moved(rest, on_others, known, frame))
         if turned:
             verdicts, among = _probable_first([turned.get(v, v) for v in verdicts]), [turned.get(v, v) for v in among]
             rest = at_rest(self.finder, verdicts, among, frame)
         anew, first = dict(zip(verdicts, rest.verdicts, strict=True)), self._first_in_their_places(rest)
-        among, go_on = [anew.get(v, v) for v in among], [self._goes_on(v, again) for v, again in anew.items()]
+        among = [anew.get(v, v) for v in among]
+        found = {again: v for v, again in turned.items() if v not in moved}
+        go_on = [v if v in moved.values() else self._goes_on(found.get(v, v), again) for v, again in anew.items()]
         if turned or len(first) < len(verdicts):
             rest = rest.of(first)
             shown = self._shown.of(rest, frame, judged, self._leaves(rest, among, frame, blobs))
+            on_others = self._on_others(rest, shown, frame, among, blobs)
         detections = self._as_seen(rest, shown, frame, among, blobs)
-        detections = self._beside_others(detections, rest, shown, frame, among, blobs)
+        detections = self._beside_others(detections, rest, shown, frame, among, blobs, on_others)
         if shown.layouts is None:
             return Described(detections, go_on)
         layouts, kept = shown.layouts, [verdicts[n] in refused for n in first]
@@ -164,6 +172,7 @@ class Describer:
         frame: ImageFrame,
         among: Sequence[Verdict],
         blobs: Sequence[Blob],
+        on_others: Sequence[OnOthers | None],
     ) -> list[Detection]:
         """Detections with what else may be true of them: turns, ways to bend and places, and blobs that they leave."""
         finder, poses = self.finder, rest.poses
@@ -176,8 +185,27 @@ class Describer:
             d = beside_laid_otherwise(finder, frame, poses[n : n + 1], rest.laid[n], d)
             d = bent_otherwise(d, doubts_along(finder, poses[n : n + 1], rest.along[n]))
             d = bent_otherwise(d, siblings[n])
+            d = self._other_blobs.doubts(on_others[n], poses[n : n + 1], frame.camera, d)
             left = self._left_over.beside_steps(left_over[n], poses[n : n + 1], shown.seen[n], frame.camera, blobs)
             out.append(in_doubt_of(finder, d, left))
+        return out
+
+    def _on_others(
+        self, rest: AtRest, shown: Shown, frame: ImageFrame, among: Sequence[Verdict], blobs: Sequence[Blob]
+    ) -> list[OnOthers | None]:
+        lie = shown.frames, frame, blobs, among or rest.verdicts
+        return self._other_blobs.of(shown.shows, rest.poses, shown.seen, rest.used, *lie)
+
+    def _moved(
+        self, rest: AtRest, on_others: Sequence[OnOthers | None], known: Poses | None, frame: ImageFrame
+    ) -> dict[Verdict, Verdict]:
+        """Those of which something is to be told on another blob, judged anew, as far as they are objects so."""
+        out, known = dict[Verdict, Verdict](), self.finder.surface.no_poses if known is None else known
+        for n, verdict in enumerate(rest.verdicts):
+            other = self._other_blobs.likelier(on_others[n], rest.poses[n : n + 1], known, frame.camera)
+            again = None if other is None else judged_at(other, verdict)
+            if again is not None and self._judge.reason(again) is None:
+                out[verdict] = again
         return out
 
     def _turned(self, rest: AtRest, shown: Shown) -> tuple[dict[Verdict, Verdict], Collection[Verdict]]:

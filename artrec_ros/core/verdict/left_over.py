@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import compress, zip_longest
-from statistics import median
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +33,7 @@ from ..pose.freedom import numbers_told, pose_numbers
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.through_middles import Middles
-from .claims import unexplained
+from .free_blobs import FreeBlobs, Sizes
 from .verdicts import Verdict
 
 
@@ -62,18 +61,6 @@ class LeftOver(NamedTuple):
 _NOTHING = LeftOver({}, 0.0)
 
 
-class _Sizes(NamedTuple):
-    """Of B blobs: their middles (B, 2), classes (B,), and pixels (B,)."""
-
-    middles: Array
-    label: NDArray[np.int64]
-    area_px: Array
-
-    @classmethod
-    def of(cls, blobs: Sequence[Blob]) -> _Sizes:
-        return cls(centres(blobs), np.array([b.label for b in blobs]), np.array([b.area_px for b in blobs]))
-
-
 def _share(config: RecognizerConfig, spare: float) -> float:
     at_first, by_spare = config.verdict.left_over_odds
     return float(1 / (1 + np.exp(at_first + by_spare * spare)))
@@ -86,8 +73,8 @@ class LeftOvers:
         self._finder, surface = finder, finder.surface
         self._config, self._kin = finder.config, surface.kinematics
         self._numbers = numbers_told(surface, *((2, 3) if finder.facing else (3, 6)))
-        self._of = surface.component[surface.markers]
-        self._middle, self._area = (values[surface.markers] for values in surface.sides.blobs)
+        self._free_blobs = FreeBlobs(finder)
+        self._of, self._middle, self._area = self._free_blobs.of, self._free_blobs.middle, self._free_blobs.area
         labels = [set(own) for own in surface.labels]
         others = [set[int]().union(*labels[:c], *labels[c + 1 :]) for c in range(len(labels))]
         self._spares = dict[frozenset[int], float]()
@@ -113,15 +100,15 @@ class LeftOvers:
         mine = [b for b in blobs if b.label in labels]
         if not mine:
             return [_NOTHING] * len(seen)
-        placed, sizes = self._finder.surface.place(frames, self._middle, self._of), _Sizes.of(mine)
+        placed, sizes = self._finder.surface.place(frames, self._middle, self._of), Sizes.of(mine)
         near = [
-            self._near(sorted(lacks), sorted(own), placed[h], frame.camera, sizes) if own and lacks else {}
+            self._free_blobs.near(sorted(lacks), sorted(own), placed[h], frame.camera, sizes) if own and lacks else {}
             for h, (lacks, own) in enumerate(zip(missing, seen, strict=True))
         ]
         asked = np.zeros(len(mine), bool)
         for off in (off for by_component in near for off in by_component.values()):
             asked |= np.isfinite(off)
-        free = self._unexplained(frame, mine, asked, among)
+        free = self._free_blobs.unexplained(frame, mine, asked, among)
         return [self._left(by_component, free, mine, own) for by_component, own in zip(near, seen, strict=True)]
 
     def beside_steps(
@@ -145,9 +132,9 @@ class LeftOvers:
     def _there(self, blobs: Sequence[Blob], pixels: Array, scale: Array, row: int) -> list[Blob]:
         """The blob nearest to one of some places (n, 2) of a marker at scales (n,), if it is about there, and as
         large."""
-        sizes, size_px = _Sizes.of(blobs), self._area[row] * scale**2
+        sizes, size_px = Sizes.of(blobs), self._area[row] * scale**2
         off = np.linalg.norm(sizes.middles[:, None] - pixels, axis=2) / np.sqrt(size_px)
-        nearest = np.where(self._as_large(sizes.area_px, size_px), off.min(axis=1), np.inf)
+        nearest = np.where(self._free_blobs.as_large(sizes.area_px, size_px), off.min(axis=1), np.inf)
         return [blobs[int(np.argmin(nearest))]] if nearest.min() < OFF else []
 
     def is_in_doubt(self, seen: Collection[int]) -> bool:
@@ -191,45 +178,6 @@ class LeftOvers:
         off = np.linalg.norm(centres(blobs)[:, None] - project(camera, at), axis=2)
         return list(compress(blobs, (off > radius).all(axis=1)))
 
-    def _unexplained(
-        self, frame: ImageFrame, blobs: Sequence[Blob], asked: NDArray[np.bool_], among: Sequence[Verdict]
-    ) -> NDArray[np.bool_]:
-        """(B,) which blobs, of those that are asked for, told objects own less of than would have them done with."""
-        free = np.zeros(len(blobs), bool)
-        if asked.any():
-            looked = list(compress(blobs, asked))
-            # what lies beside all of these takes nothing of them
-            boxes = np.array([b.box for b in looked])
-            low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
-            left = frame.without([hull for v in among for hull in v.claim.solids.within(low - 1, high + 1)])
-            free[asked] = unexplained(left, looked, self._config.search.explained)
-        return free
-
-    def _near(
-        self, missing: Sequence[int], seen: Sequence[int], at: Array, camera: Camera, blobs: _Sizes
-    ) -> dict[int, Array]:
-        """By component (B,) how far each blob that it may have made is from where the pose has it, pixels; inf: none.
-
-        :param at: (M, 3) the middles of all markers.
-        """
-        pixels, scale = project(camera, at), camera.focal_px / np.maximum(at[:, 2], LEAST_DEPTH_M)
-        (middles, label, area_px), out = blobs, dict[int, Array]()
-        shown = np.flatnonzero((self._of[:, None] == seen).any(axis=1))
-        off, usual = np.linalg.norm(middles[:, None] - pixels[shown], axis=2), median(scale[shown].tolist())
-        for c in missing:
-            mine = np.flatnonzero(self._of == c)
-            alike = self._as_large(area_px, self._area[mine] * usual**2)
-            if alike.any():
-                alike &= (label[:, None] == self._finder.surface.labels[c]).any(axis=1)
-            if not alike.any():
-                continue
-            own_scale = np.sqrt(area_px / self._area[mine].max())  # a pose that is wrong may have another one
-            within_px = self._finder.apart.within_px(c, shown, np.maximum(scale[shown], own_scale[:, None]))
-            near = alike & (off <= within_px).all(axis=1)
-            if near.any():
-                out[c] = np.where(near, np.linalg.norm(middles - pixels[mine[0]], axis=1), np.inf)
-        return out
-
     def _left(
         self, near: Mapping[int, Array], free: NDArray[np.bool_], blobs: Sequence[Blob], seen: Collection[int]
     ) -> LeftOver:
@@ -240,12 +188,6 @@ class LeftOvers:
             if free[here] and np.isfinite(off[here]):
                 found[c], free[here] = blobs[here], False
         return LeftOver(found, self._spare(frozenset(seen))) if found else _NOTHING
-
-    def _as_large(self, area_px: Array, size_px: Array) -> NDArray[np.bool_]:
-        """(B,) which blobs are about as large as one of a component's markers (m,)."""
-        ratio = self._config.verdict.left_over_ratio
-        share = area_px[:, None] / np.maximum(size_px, 1e-9)
-        return np.asarray(((share <= ratio) & (share >= 1 / ratio)).any(axis=1))
 
     def _spare(self, seen: frozenset[int]) -> float:
         """By how many numbers the places of what is seen tell more than a pose and the joints between them have; where

@@ -100,6 +100,7 @@ def _in_place_of(verdicts: Sequence[Verdict], finder: WholeObjectFinder, poses: 
 class Offers:
     """:param frame: where objects are. :param blobs: in which what they lack may be.
     :param like: targets that may be taken for one another. :param past: what is known of them.
+    :param known: of targets where earlier frames have their objects.
     :param surplus_alone: whether only what occurs too often is offered again: in space half hidden objects fall in most
         frames of a crowd, and each time would take as long as the first.
     """
@@ -110,6 +111,7 @@ class Offers:
     blobs: Sequence[Blob]
     like: LikeTargets
     past: Past
+    known: Mapping[WholeObjectFinder, Poses] = field(default_factory=dict)
     surplus_alone: bool = False
 
     def told(self, found: Found, shared: Shared, share: Callable[[Found], Shared | None]) -> Told:
@@ -140,7 +142,8 @@ class Offers:
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
         each = [
-            d.described(mine, self.frame, objects, self.blobs) for d, mine in zip(self.describers, told, strict=True)
+            d.described(mine, self.frame, objects, self.blobs, self.known.get(d.finder))
+            for d, mine in zip(self.describers, told, strict=True)
         ]
         described, go_on = [d.detections for d in each], [d.verdicts for d in each]
         leaning = self._leaning(shared.accepted, described, surplus)

@@ -71,17 +71,19 @@ MissingState = Literal["in doubt", "not seen", "too small", "hidden", "out of vi
 
 @dataclass(frozen=True)
 class Missing:
-    """A component of an object found that is not told, and why.
+    """A component of an object found that is not told, and why; or one that is, and may be on another blob.
 
     :param state: `in doubt`: something of its class is there, which may well be another's; `not seen`: enough of it
         should be in view, and its class is not where the pose puts it: it lies elsewhere, or its pixels have another
         class; `too small`: in view, with fewer pixels than tell anything, or as so narrow a sliver; `hidden`: by what
         `by` names; `out of view`: most of it beyond the image's border; `turned away` from the camera; `elsewhere`: a
         blob of its class, about as large as its marker, lies where the pose does not put it, and nothing explains it:
-        it may be this component. Of several markers what is said of the one that is nearest to being seen.
+        it may be this component, which is told elsewhere or not at all. Of several markers what is said of the one that
+        is nearest to being seen.
     :param x, y: where that marker's centroid would be in the image, pixels; `elsewhere`: where that blob's middle is.
     :param by: `itself`, or the other object's name; empty: nothing that was found.
-    :param score: of what is in doubt the probability that it is its own marker; 0: not known, as of the required one.
+    :param score: of what is in doubt the probability that it is its own marker, of another blob of a component that is
+        told that it is this one; 0: not known, as of the required one.
     """
 
     component: str

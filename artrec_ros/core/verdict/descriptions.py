@@ -26,7 +26,7 @@ from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_blobs import OnOthers, OtherBlobs
 from .other_places import beside_laid_otherwise, beside_other_places
-from .otherwise import as_it_lies, bent_otherwise, otherwise
+from .otherwise import as_it_lies, bent_otherwise, on_other_blobs, otherwise
 from .readings import Readings
 from .shown import Shown, ShownObjects, judged_at
 from .verdicts import Verdict
@@ -185,7 +185,7 @@ class Describer:
             d = beside_laid_otherwise(finder, frame, poses[n : n + 1], rest.laid[n], d)
             d = bent_otherwise(d, doubts_along(finder, poses[n : n + 1], rest.along[n]))
             d = bent_otherwise(d, siblings[n])
-            d = self._other_blobs.doubts(on_others[n], poses[n : n + 1], frame.camera, d)
+            d = on_other_blobs(finder, on_others[n], poses[n : n + 1], frame.camera, d)
             left = self._left_over.beside_steps(left_over[n], poses[n : n + 1], shown.seen[n], frame.camera, blobs)
             out.append(in_doubt_of(finder, d, left))
         return out

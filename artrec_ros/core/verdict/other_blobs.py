@@ -10,7 +10,6 @@ as it is told.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import replace
 from itertools import compress
 from typing import NamedTuple
 
@@ -20,20 +19,16 @@ from numpy.typing import NDArray
 from ..geometry.camera import Camera
 from ..geometry.projection import project
 from ..geometry.spread import spread
-from ..geometry.transforms import Array, Pose, rotation_from_rotvec, short_way
+from ..geometry.transforms import Array, rotation_from_rotvec
 from ..image.blobs import Blob
 from ..image.image_frame import ImageFrame
-from ..model.found import Detection, Missing, OtherTurn
 from ..model.kinematics import Frames
-from ..pose.along_joints import Bent
-from ..pose.exchanges import OFF
 from ..pose.finder import WholeObjectFinder
 from ..pose.other_bends import Bends, bend_evidence, with_carried
 from ..pose.poses import Poses
 from ..pose.surface_kernels import LEAST_DEPTH_M
 from ..pose.through_middles import Middles
 from .free_blobs import FreeBlobs, Sizes
-from .otherwise import bent_otherwise
 from .verdicts import Verdict
 
 _BENDS, _TURNS = 6, 48  # with which poses begin that have something elsewhere, as it is turned and turned otherwise
@@ -111,35 +106,6 @@ class OtherBlobs:
                 least[n] *= -1
         best = int(np.argmax(found.log_odds - least))
         return found.bends.poses[best : best + 1] if found.log_odds[best] > least[best] else None
-
-    def doubts(self, found: OnOthers | None, pose: Poses, camera: Camera, detection: Detection) -> Detection:
-        """A detection told at a pose of which something may be on another blob: of each component that the likeliest of
-        these has elsewhere, its blob is told as where it may be."""
-        if found is None:
-            return detection
-        finder, shares, others = (
-            self._finder,
-            found.shares(self._finder.config.verdict.least_turn_odds),
-            found.bends.poses,
-        )
-        at, size_px = finder.on_likes.pixels(camera, Poses.concatenate([pose, others]))
-        off = np.linalg.norm(at[1:] - at[0], axis=2) > OFF * size_px[0]
-        components, stays = finder.target.model.components, dict[str, float]()
-        for c, component in enumerate(components):
-            stays[component.name] = max(1 - float(shares @ off[:, self._free.of == c].any(axis=1)), 0.0)
-        bent = shares @ short_way(others.q - pose.q, self._kin.endless) ** 2
-        variance = dict(zip(finder.target.model.joint_names, bent.tolist(), strict=True))
-        detection = bent_otherwise(detection, Bent(stays, variance))
-        turned = [float(finder.strayed(others[n : n + 1], pose)) >= 1 for n in range(len(others))]
-        detection = _turned(detection, others, shares * turned)
-        missing, least = list(detection.missing), finder.config.verdict.least_other_turn
-        for c in dict.fromkeys(found.components):
-            share, blob = max((s, n) for n, s in enumerate(shares.tolist()) if found.components[n] == c)
-            name = components[c].name
-            x, y = found.blobs[blob].middle
-            if share > least * (share + stays[name]) and all(m.component != name for m in missing):
-                missing.append(Missing(name, "elsewhere", float(x), float(y), score=share))
-        return replace(detection, missing=tuple(missing))
 
     def _in_reach(
         self,
@@ -254,17 +220,3 @@ class OtherBlobs:
         while component >= 0 and self._kin.joint_of[component] < 0:
             component = self._kin.parent[component]
         return self._kin.joint_of[component] if component >= 0 else -1
-
-
-def _turned(detection: Detection, others: Poses, shares: Array) -> Detection:
-    """A detection that may be turned otherwise. :param shares: (K,) how probable each other pose is, of which it is."""
-    stays = max(1 - float(shares.sum()), 0.0)
-    if stays == 1:
-        return detection
-    covariance = detection.pose_covariance
-    if covariance is not None and detection.pose is not None:
-        for n in np.flatnonzero(shares).tolist():
-            other = OtherTurn(Pose(others.R[n], others.t[n]), float(shares[n]))
-            covariance = covariance + other.probability * other.spread(detection.pose)
-    score, as_told = detection.score * stays, detection.as_told * stays
-    return replace(detection, score=score, as_told=as_told, pose_covariance=covariance)

@@ -6,9 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..model.found import Detection, OtherTurn
+from ..geometry.camera import Camera
+from ..geometry.transforms import Array, Pose, short_way
+from ..model.found import Detection, Missing, OtherTurn
 from ..pose.along_joints import Bent
+from ..pose.exchanges import OFF
+from ..pose.finder import WholeObjectFinder
 from ..pose.other_ways import LEAST_BEND
+from ..pose.poses import Poses
+from .other_blobs import OnOthers
 
 
 def otherwise(
@@ -49,6 +55,46 @@ def bent_otherwise(detection: Detection, bent: Bent) -> Detection:
         for name, deviation in detection.joint_deviations.items()
     }
     return replace(detection, components=parts, joint_deviations=deviations)
+
+
+def on_other_blobs(
+    finder: WholeObjectFinder, found: OnOthers | None, pose: Poses, camera: Camera, detection: Detection
+) -> Detection:
+    """A detection told at a pose of which something may be on another blob: so may be what it carries, and of each
+    component the likeliest other blob is told."""
+    if found is None:
+        return detection
+    kin, others = finder.surface.kinematics, found.bends.poses
+    shares, of = found.shares(finder.config.verdict.least_turn_odds), finder.surface.component[finder.surface.markers]
+    at, size_px = finder.on_likes.pixels(camera, Poses.concatenate([pose, others]))
+    off = np.linalg.norm(at[1:] - at[0], axis=2) > OFF * size_px[0]
+    names = [c.name for c in finder.target.model.components]
+    stays = {n: max(1 - float(shares @ off[:, of == c].any(axis=1)), 0.0) for c, n in enumerate(names)}
+    bent = shares @ short_way(others.q - pose.q, kin.endless) ** 2
+    variance = dict(zip(finder.target.model.joint_names, bent.tolist(), strict=True))
+    turned = [finder.strayed(others[n : n + 1], pose) >= 1 for n in range(len(others))]
+    detection = _turned(bent_otherwise(detection, Bent(stays, variance)), others, shares * turned)
+    missing, least = list(detection.missing), finder.config.verdict.least_other_turn
+    for c in dict.fromkeys(found.components):
+        share, row = max((s, n) for n, s in enumerate(shares.tolist()) if found.components[n] == c)
+        x, y = found.blobs[row].middle.tolist()
+        if share > least * (share + stays[names[c]]) and all(m.component != names[c] for m in missing):
+            missing.append(Missing(names[c], "elsewhere", x, y, score=share))
+    return replace(detection, missing=tuple(missing))
+
+
+def _turned(detection: Detection, others: Poses, shares: Array) -> Detection:
+    """A detection that may be turned otherwise. :param shares: (K,) how probable each other pose is, of which it is."""
+    stays = max(1 - float(shares.sum()), 0.0)
+    if stays == 1:
+        return detection
+    covariance = detection.pose_covariance
+    if covariance is not None and detection.pose is not None:
+        for n in np.flatnonzero(shares).tolist():
+            other = OtherTurn(Pose(others.R[n], others.t[n]), float(shares[n]))
+            covariance = covariance + other.probability * other.spread(detection.pose)
+    score, as_told = detection.score * stays, detection.as_told * stays
+    return replace(detection, score=score, as_told=as_told, pose_covariance=covariance)
 
 
 def _beside(detection: Detection, other: OtherTurn | None) -> Detection:

@@ -241,12 +241,14 @@ class VerdictConfig(Room):
         (1.26, 0.024, 3.08, 0.21),
         "log odds between two turns of an object that is one flat marker, or two values of a joint that lay like "
         "markers on each other: so many times the logarithm of how many of the pixels in which both differ speak for "
-        "each, and of these many more (px^2); and so many times what votes and contours say, as of turn_odds",
+        "each, and of these many more (px^2); and so many times what votes and contours say, as of turn_odds; by these "
+        "two alone between two blobs that what a joint carries may lie on",
         low=0.0,
         high=1000,
         length=4,
         paths=("space", "facing"),
-        origin="benchmarks/lone_turns.py; joints' values, whose marks tell as much, are judged as these",
+        origin="benchmarks/lone_turns.py; joints' values, whose marks tell as much, are judged as these; 941 pairs of "
+        "blobs of drawn arms, sliders and animals alone say 3.1 and .29, log loss .352; by these .357",
     )
     rival_odds: tuple[float, ...] = param(
         (1.8, 0.9, 4.7, 0.17),

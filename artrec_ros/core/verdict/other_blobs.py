@@ -93,17 +93,16 @@ class OtherBlobs:
         return out
 
     def likelier(self, found: OnOthers | None, pose: Poses, known: Poses, camera: Camera) -> Poses | None:
-        """What is to be told in place of a pose: what is clearly likelier, or, where it was told before, what is not
-        clearly less likely; None: nothing is. :param known: where earlier frames have this target's objects."""
+        """What is to be told in place of a pose: what is clearly likelier, that it was told before being as clear;
+        None: nothing is. :param known: where earlier frames have this target's objects."""
         if found is None:
             return None
         finder, least = self._finder, np.full(len(found.blobs), self._finder.config.verdict.least_turn_odds)
         known = known[np.flatnonzero(finder.required.is_at(known, pose))] if len(known) else known
         at, of = finder.on_likes.pixels(camera, Poses.concatenate([pose, known]))[0], self._free.of
-        for n, (c, blob) in enumerate(zip(found.components, found.blobs, strict=True)):
+        for n, (c, blob) in enumerate(zip(found.components, found.blobs, strict=True)) if len(known) else ():
             there, here = (np.linalg.norm(at[1:, of == c] - off, axis=2) for off in (blob.middle, at[0, of == c]))
-            if (there < here).any(axis=1).any():
-                least[n] *= -1
+            least[n] *= -2 if (there < here).any() else 2
         best = int(np.argmax(found.log_odds - least))
         return found.bends.poses[best : best + 1] if found.log_odds[best] > least[best] else None
 

@@ -122,12 +122,14 @@ class OtherBlobs:
         shown = used & np.array([np.isin(self._free.of, list(own)) for own in seen])
         pixels, scale = project(frame.camera, at), frame.camera.focal_px / np.maximum(at[..., 2], LEAST_DEPTH_M)
         mine = [b for b in blobs if b.label in self._labels]
-        if mine:
-            off = np.linalg.norm(Sizes.of(mine).middles[:, None, None] - pixels, axis=3)
-            on = (off < np.sqrt(self._free.area / np.pi) * scale) & shown
-            mine = list(compress(mine, ~on.any(axis=(1, 2))))
+        off = np.linalg.norm(Sizes.of(mine).middles.reshape(-1, 1, 1, 2) - pixels, axis=3)
+        beside = ~((off < np.sqrt(self._free.area / np.pi) * scale) & shown).any(axis=(1, 2))
+        mine, within = list(compress(mine, beside)), self._finder.apart.farthest_px(float(scale.max()))
+        close = ((off[beside] <= within) | ~shown).all(axis=2).any(axis=0)  # (H,) whether any may be in reach
+        if not close.any():
+            return
         sizes = Sizes.of(mine)
-        near = [self._near(at[h], sorted(own), frame, sizes) if mine else {} for h, own in enumerate(seen)]
+        near = [self._near(at[h], sorted(own), frame, sizes) if close[h] else {} for h, own in enumerate(seen)]
         asked = np.zeros(len(mine), bool)
         for off in (off for by_component in near for off in by_component.values()):
             asked |= np.isfinite(off)

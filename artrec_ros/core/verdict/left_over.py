@@ -62,8 +62,8 @@ _NOTHING = LeftOver({}, 0.0)
 
 
 def _share(config: RecognizerConfig, spare: float) -> float:
-    at_first, by_spare = config.verdict.left_over_odds
-    return float(1 / (1 + np.exp(at_first + by_spare * spare)))
+    at_first, by_spare, most = config.verdict.left_over_odds
+    return float(1 / (1 + np.exp(at_first + by_spare * min(spare, most))))
 
 
 class LeftOvers:

@@ -127,7 +127,7 @@ def fitted(rows: Mapping[str, Array]) -> Array:
     left = rows["left"] > 0
     p, right = np.clip(rows["p"][left], 1e-3, 1 - 1e-3), rows["right"][left]
     tried = list[tuple[float, Array]]()
-    for most in range(1, MOST_SPARE + 1):
+    for most in np.arange(1, MOST_SPARE, 0.5):
         X = np.column_stack([np.ones(left.sum()), np.minimum(rows["spare"][left], most)])
 
         def loss(w: Array, X: Array = X) -> float:

@@ -88,9 +88,10 @@ def test_what_is_much_larger_or_smaller_than_its_marker_is_not_its_own():
     assert all(m.component != lost.component or m.state != "elsewhere" for m in found_in(small).missing)
 
 
-def test_what_is_borne_out_more_than_once_stands():
-    few, many = (LeftOver({1: None}, spare).share(settings()) for spare in (0.0, 8.0))
-    assert few < 0.8 < 0.95 < many and LeftOver({}, 0.0).share(settings()) == 1
+def test_what_is_borne_out_more_than_once_stands_but_not_for_sure():
+    """Of solids in space a wrong pose may explain many numbers, too."""
+    few, many, more = (LeftOver({1: None}, spare).share(settings()) for spare in (0.0, 4.0, 20.0))
+    assert few < 0.8 < 0.9 < many == more < 0.95 and LeftOver({}, 0.0).share(settings()) == 1
 
 
 def test_reach_is_how_far_apart_joints_let_components_be():

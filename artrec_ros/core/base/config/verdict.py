@@ -291,7 +291,7 @@ class VerdictConfig(Room):
         "by a pose that lays the other part out of the picture were turned by half, at .92 to 1.0",
     )
     left_over_odds: tuple[float, ...] = param(
-        (-0.96, -0.62, 2.0),
+        (-0.58, -0.69, 2.5),
         "log odds against the pose of an object that leaves blobs unexplained which may be components that are not "
         "told: at first, and for each number that what is seen tells more than the pose and its joints have, up to so "
         "many: more of them bear out a wrong pose of a solid, too",
@@ -299,7 +299,7 @@ class VerdictConfig(Room):
         high=20,
         length=3,
         paths=("space", "facing"),
-        origin="benchmarks/left_over.py",
+        origin="benchmarks/left_over.py; up to how many: 337 limbs and solids that leave something",
     )
     left_over_ratio: float = param(
         2.5,

@@ -192,7 +192,7 @@ def test_a_ball_is_bent_to_the_other_side_of_its_joint():
     joint = [Joint(parent, Pose.identity(), np.array([0.0, 1.0, 0.0]), -3.1, 3.1) for parent in ("base", "still")]
     parts = Component("base", one, True), Component("still", one, joint=joint[0]), Component("out", two, joint=joint[1])
     surface = SpatialModel(ObjectModel("arm", parts), RED, settings().votes)
-    assert surface.component[surface.markers[surface.tipped]].tolist() == [2]
+    assert surface.component[surface.markers[surface.across[0]]].tolist() == [2]
     finder = WholeObjectFinder(Target("arm", surface.model, RED), settings())
     pose = Poses(np.eye(3)[None], np.array([[0.0, 0.0, 20.0]]), np.array([[0.0, 0.5]]))
     bends = other_bends._across(finder, pose, np.ones((1, 3), bool))

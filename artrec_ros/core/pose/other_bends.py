@@ -1,9 +1,11 @@
 """Which of two bends a joint of a told pose has, and how probable the other one is.
 
 A flat marker on a joint, bent from the camera by as much as towards it, looks almost the same: what `other_turns` says
-of whole objects holds of every limb. And near the bend at which its marker faces the camera, where none changes what is
-seen, no derivative tells how sure a joint is. A slender part, too, may have come to rest beside its place while all of
-the object moved towards its own: where labels like it better, that is compared in the same way.
+of whole objects holds of every limb. So does a solid of one class, of which an outline is all there is to see
+(tipped_markers.py), and of several in a row each may lean either way. And near the bend at which a marker faces the
+camera, where none changes what is seen, no derivative tells how sure a joint is. A slender part, too, may have come to
+rest beside its place while all of the object moved towards its own: where labels like it better, that is compared in
+the same way.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from .across_kernels import bend_across
 from .finder import WholeObjectFinder
 from .poses import PatchScores, Poses
 from .rivals import ANY_DEPTH, WORTH_REST
-from .turn_evidence import Evidence, contour_evidence, share_of_votes, weighed
+from .turn_evidence import Evidence, contour_evidence, share_of_votes
 
 _LEAST_BEND = 0.02  # radians: bends nearer to each other are one
 _LEAST_LEVER = 0.1  # of a turn across the line of sight: a joint that tips its marker by less does not mirror it
@@ -64,45 +66,41 @@ def likelier_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -
     config = finder.config.verdict
     weights = config.turn_odds if frame.image is None else config.bend_odds_colour
     log_odds = bend_evidence(finder, frame, poses, bends).log_odds(weights)
-    turned, probability = weighed(log_odds, config.least_turn_odds)
-    off = _off(finder, poses, bends)
-    bent, taken = poses, np.zeros(poses.q.shape, bool)
-    if turned.any():
-        bent, taken = _bent(finder, poses, bends.where(turned), log_odds[turned])
-    bent_there = taken[bends.of, bends.joint]
-    # what is likelier and yet not bent is what may be otherwise
-    probability = np.where(turned & ~bent_there, 1 - probability, probability)
-    best, beside = np.full(poses.q.shape, -np.inf), _off(finder, bent, bends)
-    np.maximum.at(best, (bends.of, bends.joint), log_odds)
-    rival = bent_there & (np.abs(beside) > bends.apart)  # of what is told now, not of what was
-    probability = np.where(rival, 1 / (1 + np.exp(best[bends.of, bends.joint] - log_odds)), probability)
-    off = np.where(rival, beside, off)
-    doubt = np.where(probability > config.least_other_turn, probability * off**2, 0.0)
-    np.maximum.at(more, (bends.of, bends.joint), doubt)
+    bent, told = poses, np.zeros(poses.q.shape)
+    if (log_odds > config.least_turn_odds).any():
+        bent, told = _bent(finder, poses, bends, log_odds, config.least_turn_odds)
+    # below what makes them told, both are as likely
+    rival = 1 / (1 + np.exp(np.maximum(told[bends.of, bends.joint] - log_odds, 0.0)))
+    rival *= np.abs(_off(finder, bent, bends)) > bends.apart
+    found = np.where(told > 0, 1 / (1 + np.exp(told)), 0.0)
+    probability = np.concatenate([found, rival[:, None] * _carries(finder)[bends.joint]])
+    of = np.append(np.arange(len(poses)), bends.of)
+    off = short_way(np.concatenate([poses.q, bends.poses.q]) - bent.q[of], finder.surface.kinematics.endless)
+    np.maximum.at(more, of, np.where(probability > config.least_other_turn, probability * off**2, 0.0))
     return bent, more
 
 
-def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array) -> tuple[Poses, NDArray[np.bool_]]:
-    """Poses as the likeliest bend of each has it, with the joints of its others, and what these carry; and which joints
-    are bent (H, J).
+def _bent(finder: WholeObjectFinder, poses: Poses, bends: Bends, log_odds: Array, least: float) -> tuple[Poses, Array]:
+    """Poses as the likeliest bend of each has it, with the joints of its others, and what these carry; and of each
+    joint the log odds of the bend that is told of it or of those that carry each other with it, 0: none (H, J).
 
     Of joints that carry each other the likeliest alone is bent: each was judged with the others as they were, and bent
-    as well they would put what hangs on them where nobody has looked.
+    as well they would put what hangs on them where nobody has looked. :param least: log odds from which on one is told.
     """
     R, t, q = poses.R.copy(), poses.t.copy(), poses.q.copy()
     carries = _carries(finder)
-    along, taken = carries | carries.T, np.zeros(q.shape, bool)
+    along, told = carries | carries.T, np.zeros(q.shape)
     for n in np.argsort(-log_odds, kind="stable").tolist():
         h, joint = bends.of[n], bends.joint[n]
-        if (taken[h] & along[joint]).any():
+        if log_odds[n] <= least or told[h, joint]:
             continue
-        if taken[h].any():
+        if told[h].any():
             moved = carries[joint]
             q[h, moved] = bends.poses.q[n, moved]
         else:
             R[h], t[h], q[h] = bends.poses.R[n], bends.poses.t[n], bends.poses.q[n]
-        taken[h, joint] = True
-    return Poses(R, t, q), taken
+        told[h, along[joint]] = np.maximum(told[h, along[joint]], log_odds[n])
+    return Poses(R, t, q), told
 
 
 def _carries(finder: WholeObjectFinder) -> NDArray[np.bool_]:
@@ -118,12 +116,13 @@ def other_bends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses) -> B
         return _none(poses)
     frame = frame.unhurried()
     scores = finder.voter.judge(frame, poses, occlusion=True)
-    bends = _across(finder, poses, finder.voter.supported(scores)).and_(_liked_better(finder, frame, poses, scores))
+    used = finder.voter.supported(scores)
+    bends = _across(finder, poses, used).and_(_liked_better(finder, frame, poses, scores))
     if not len(bends.of):
         return bends
+    bends = _either_way(finder, with_carried(finder, frame, bends), used)
     least = finder.config.verdict.mirrored_votes * _own_votes(finder, scores[bends.of], bends)
-    started = with_carried(finder, frame, bends)
-    bends = replace(bends, poses=finder.refit.of(frame, started, ANY_DEPTH).poses[len(bends.of) :])
+    bends = replace(bends, poses=finder.refit.of(frame, bends.poses, ANY_DEPTH).poses[len(bends.of) :])
     scores = finder.voter.judge(frame, bends.poses, occlusion=True)
     used, rests = (
         finder.voter.supported(scores),
@@ -148,13 +147,15 @@ def _is_near(
 
 
 def bend_evidence(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, bends: Bends) -> Evidence:
-    """For each of N bends, against the pose whose it is. Of what the joint carries alone: the rest is where it was, but
-    for what fits make of it."""
-    n, surface = len(bends.of), finder.surface
+    """For each of N bends, against the pose whose it is. Of what the joint carries alone, or others of the pose's bends
+    along with it, so that these compare: the rest is where it was, but for what fits make of it."""
+    n, surface, carries = len(bends.of), finder.surface, _carries(finder)
     both = Poses.concatenate([poses[bends.of], bends.poses])
     scores = finder.voter.judge(frame, both, occlusion=True)
-    own, other = (_own_votes(finder, scores[part], bends) for part in (slice(n), slice(n, None)))
-    differ = surface.kinematics.moves[:, bends.joint].T[:, surface.component[surface.markers]]
+    along = (carries | carries.T)[bends.joint[:, None], bends.joint] & (bends.of[:, None] == bends.of)
+    moved = (along @ carries[bends.joint]) @ surface.kinematics.moves.T.astype(bool)
+    own, other = (_votes_of(finder, scores[part], moved) for part in (slice(n), slice(n, None)))
+    differ = moved[:, surface.component[surface.markers]]
     used = finder.voter.supported(scores).reshape(2, n, -1)
     return contour_evidence(finder, frame, both, share_of_votes(other, own), used, differ)
 
@@ -163,8 +164,11 @@ def _across(finder: WholeObjectFinder, poses: Poses, used: NDArray[np.bool_]) ->
     """Poses with joints bent across the bend at which their markers face the camera. :param used: (H, M)."""
     surface, kin = finder.surface, finder.surface.kinematics
     frames, by = kin.forward(poses.R, poses.t, poses.q), np.full(poses.q.shape, np.nan)
-    tips = np.ascontiguousarray(used[:, surface.tipped])
-    bend_across(surface.across, frames.R, frames.t, frames.axis, tips, _LEAST_LEVER, by)
+    rows, tipped = surface.across
+    shows = used @ surface.of_component[surface.markers] > 0
+    beyond = shows @ kin.moves[:, tipped.joint]  # of a limb as of what hangs on it, whatever hides it
+    tips = np.where(tipped.ball, beyond, used[:, rows])
+    bend_across(tipped, frames.R, frames.t, frames.axis, tips, _LEAST_LEVER, by)
     of, joint = np.nonzero(np.isfinite(by))
     if not len(of):
         return _none(poses)
@@ -192,17 +196,46 @@ def _none(poses: Poses) -> Bends:
     return Bends(poses[:0], np.zeros(0, int), np.zeros(0, int), np.zeros(0))
 
 
-def with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Poses:
-    """Their poses with what the joints carry on further joints where the labels like it best."""
+def with_carried(finder: WholeObjectFinder, frame: ImageFrame, bends: Bends) -> Bends:
+    """The same with what the joints carry on further joints where the labels like it best; of an object with solids,
+    which hide what hangs on them, where that brings more votes: such a search knows nothing of what hides what."""
     poses, surface = bends.poses, finder.surface
     kin, q = surface.kinematics, bends.poses.q.copy()
     further = _carries(finder) & ~np.eye(kin.n_joints, dtype=bool)
-    for n in np.flatnonzero(further[bends.joint].any(axis=1)).tolist():
+    rows = np.flatnonzero(further[bends.joint].any(axis=1))
+    if not len(rows):
+        return bends
+    for n in rows.tolist():
         grids = finder.first_grids.copy()
         stays = ~further[bends.joint[n]]
         grids[stays, 0], grids[stays, 1:] = q[n, stays], np.nan
         q[n] = surface.search_joints(frame, poses[[n]], grids).q[0]
-    return Poses(poses.R, poses.t, q)
+    if surface.solids:
+        both = Poses.concatenate([poses[rows], Poses(poses.R[rows], poses.t[rows], q[rows])])
+        votes = finder.voter.votes(frame, both, occlusion=True).reshape(2, -1)
+        q[rows] = np.where((votes[1] > votes[0])[:, None], q[rows], poses.q[rows])
+    return replace(bends, poses=Poses(poses.R, poses.t, q))
+
+
+def _either_way(finder: WholeObjectFinder, bends: Bends, used: NDArray[np.bool_]) -> Bends:
+    """These, and with solids that the joints carry bent across in their turn: of links in a row each may lean either
+    way. Flat ones show how they lie.
+
+    :param used: (H, M) markers that labels support.
+    """
+    carries, deeper = _carries(finder), bends
+    used = used & np.isin(finder.surface.component[finder.surface.markers], sorted(finder.surface.solids))
+    if not used.any():
+        return bends
+    for _ in range(int(carries.sum(axis=1).max()) - 1):
+        again = _across(finder, deeper.poses, used[deeper.of])
+        root = deeper.joint[again.of]
+        again = again.where(carries[root, again.joint] & (root != again.joint))
+        deeper = Bends(again.poses, deeper.of[again.of], deeper.joint[again.of], deeper.apart[again.of])
+        if not len(deeper.of):
+            break
+        bends = bends.and_(deeper)
+    return bends
 
 
 def _off(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> Array:
@@ -217,8 +250,11 @@ def _apart(finder: WholeObjectFinder, poses: Poses, bends: Bends) -> NDArray[np.
 
 
 def _own_votes(finder: WholeObjectFinder, scores: PatchScores, bends: Bends) -> Array:
-    """(N,) votes of what the joints carry; a component that speaks against itself is hidden. :param scores: of N."""
-    surface = finder.surface
-    carried = surface.kinematics.moves[:, bends.joint].T
-    votes = np.maximum(scores.votes @ surface.of_component, 0.0)
-    return np.asarray(np.where(carried, votes, 0.0).sum(axis=1), np.float64)
+    """(N,) votes of what the joints carry. :param scores: of N."""
+    return _votes_of(finder, scores, finder.surface.kinematics.moves[:, bends.joint].T)
+
+
+def _votes_of(finder: WholeObjectFinder, scores: PatchScores, which: NDArray[np.bool_]) -> Array:
+    """(N,) votes of components (N, C); one that speaks against itself is hidden. :param scores: of N."""
+    votes = np.maximum(scores.votes @ finder.surface.of_component, 0.0)
+    return np.asarray(np.where(which, votes, 0.0).sum(axis=1), np.float64)

@@ -28,10 +28,11 @@ from .occlusion import BEHIND, BodyBoxes, hulls_of, opaque_of
 from .poses import PatchScores, Poses
 from .sides import Sides
 from .surface_kernels import Surface
+from .tipped_markers import tipped_markers
 from .vote_kernels import score_patches
 from .votes import VoteRoles
 
-_SLIGHT = 1e-6  # a lever that is none but for rounding
+_SLIGHT = 1e-6  # a depth that is none but for rounding
 _AT_ONCE = 32  # hypotheses whose joints are searched between two looks at the clock
 
 
@@ -170,34 +171,9 @@ class SpatialModel:
         return np.array([[bool(set(a.labels) & set(b.labels)) for b in self.patches] for a in self.patches])
 
     @cached_property
-    def bent(self) -> Array:
-        """(P, 3) which way looks the same as mirrored in the line of sight when a component's own joint bends it: a
-        patch's normal; of a ball what is square to its lever, by which it lies as far before as behind."""
-        out = self.normal.copy()
-        for p in self.markers.tolist():
-            ball, joint = (part := self.model.components[self.component[p]]).ball, part.joint
-            if ball is not None and joint is not None:
-                across = np.cross(joint.axis, ball.centre)
-                out[p] = across / max(float(np.linalg.norm(across)), _SLIGHT)
-        return out
-
-    @cached_property
-    def tipped(self) -> NDArray[np.int64]:
-        """Rows of the markers that their component's own joint tips, not only turns in their plane or slides."""
-        joints = [self.model.components[self.component[p]].joint for p in self.markers]
-        lever = [
-            np.linalg.norm(np.cross(j.axis, self.bent[p])) if j is not None and j.kind == "revolute" else 0.0
-            for j, p in zip(joints, self.markers, strict=True)
-        ]
-        return np.flatnonzero(np.array(lever) > _SLIGHT)
-
-    @cached_property
-    def across(self) -> Tipped:
-        """These for compiled code."""
-        patch = self.markers[self.tipped]
-        component = self.component[patch]
-        joint, ball = np.array(self.kinematics.joint_of)[component], np.isin(component, sorted(self.sides.balls))
-        return Tipped(component, joint, self.bent[patch], self.centre[patch], ball)
+    def across(self) -> tuple[NDArray[np.int64], Tipped]:
+        """See `tipped_markers`."""
+        return tipped_markers(self)
 
     @cached_property
     def open_contour(self) -> NDArray[np.bool_]:

@@ -166,7 +166,7 @@ class OtherBlobs:
             return None
         finder, joints = self._finder, np.array([self._last[c] for c, _ in near])
         begun = Bends(Poses.concatenate(laid), np.zeros(len(of), int), joints[of], np.zeros(len(of)))
-        again = finder.looked_again(frame, with_carried(finder, frame, begun))
+        again = finder.looked_again(frame, with_carried(finder, frame, begun).poses)
         both = Poses.concatenate([pose, again.poses])
         both = finder.rest.at_rest(frame, both, finder.voter.supports(frame, both))
         votes, others = finder.voter.votes(frame, both, occlusion=True), both[1:]

@@ -11,7 +11,7 @@ from artrec_ros.core.base.deadline import Deadline
 from artrec_ros.core.geometry.transforms import Pose
 from artrec_ros.core.image.image_frame import ImageFrame
 from artrec_ros.core.image.label_field import LabelField
-from artrec_ros.core.model.objects import Component, Joint, ObjectModel
+from artrec_ros.core.model.objects import Box, Component, Joint, ObjectModel
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.pose import other_bends as module
 from artrec_ros.core.pose.finder import WholeObjectFinder
@@ -20,6 +20,7 @@ from artrec_ros.core.pose.poses import Poses
 from artrec_ros.core.verdict.acceptance import verdicts_of
 from artrec_ros.core.verdict.claims import claims_of
 from artrec_ros.core.verdict.descriptions import Describer
+from artrec_ros.io.objects.solids import box_solid, cylinder_solid
 
 CAMERA = camera_of()
 FAR, NEAR = 3.0, 0.4
@@ -151,11 +152,74 @@ def test_of_joints_that_carry_each_other_the_likeliest_alone_is_bent(monkeypatch
     poses, more = likelier_bends(finder, frame, at)
     assert poses.q[0].tolist() == [0.5, 0.0, 0.0, 0.0] and more[0, 0] == pytest.approx(0.475, abs=0.01)
     monkeypatch.setattr(module, "other_bends", lambda *_: bends)
-    # the one that is not bent may be: its own evidence says so
+    # the one that is not bent may be, with what it carries: beside the likelier one
     monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array((8.0, 9.0, -9.0))))
     poses, more = likelier_bends(finder, frame, at)
     assert poses.q[0].tolist() == [0.1, 0.3, 0.0, 0.0]
-    np.testing.assert_allclose(more[0], [0.5**2, 0.0, 0.0, 0.0], rtol=1e-2)
+    np.testing.assert_allclose(more[0], np.array([0.4**2, 0.7**2, 0.0, 0.0]) / (1 + np.exp(1)), rtol=1e-2)
+    # and what was found, where that is hardly less likely
+    monkeypatch.setattr(module, "bend_evidence", lambda *_: Said(np.array((-9.0, 1.5, -9.0))))
+    np.testing.assert_allclose(
+        likelier_bends(finder, frame, at)[1][0], np.array([0.1**2, 0.3**2, 0.0, 0.0]) / (1 + np.exp(1.5)), rtol=1e-2
+    )
+
+
+def arm():
+    """A plate, a box that hangs from it and swings to and from the camera, and a cylinder that hangs from that."""
+    post = Component("post", (marker("face", CAB * 2, RIGHT_SIDE, (0, 0, 0)),), required=True)
+    hangs = lambda m: Pose.from_xyz_rpy((0, 0, -m))  # noqa: E731
+    swings = lambda parent, at, low, high: Joint(parent, Pose.from_xyz_rpy(at), np.array([1.0, 0, 0]), low, high)  # noqa: E731
+    box, rod = box_solid(Box(hangs(0.08), np.array([0.04, 0.04, 0.13]))), cylinder_solid(0.018, 0.12, hangs(0.075))
+    upper = Component("upper", box[0], False, BLUE, swings("post", (-0.26, 0, 0.05), -1.5, 1.5), box[1])
+    fore = Component("fore", rod[0], False, FORE, swings("upper", (0, 0, -0.16), -2.0, 2.0), rod[1])
+    return ObjectModel("arm", (post, upper, fore))
+
+
+FORE = BLUE + 1
+ARMS = [(-0.7, 1.1), (-0.7, 0.2), (0.6, -1.2), (0.6, 0.3)]
+
+
+def arm_seen(upper, fore, z=1.1):
+    model = arm()
+    at = pose(0.26, 0, z, 0.0, 0.0, model, {"upper": upper, "fore": fore})
+    frame = ImageFrame(LabelField(render(CAMERA, [(model, at, RED)])), CAMERA)
+    return WholeObjectFinder(Target(model.name, model, RED), DEFAULTS), frame, at
+
+
+@pytest.mark.parametrize(("upper", "fore"), ARMS)
+@pytest.mark.parametrize("bent_otherwise", [{"fore"}, {"upper"}])
+def test_how_a_solid_limb_leans_is_among_what_is_compared_whichever_of_its_links_was_found_mirrored(
+    upper, fore, bent_otherwise
+):
+    finder, frame, at = arm_seen(upper, fore)
+    lean = [-upper if "upper" in bent_otherwise else upper]  # of each link, from straight down
+    lean.append(-(upper + fore) if "fore" in bent_otherwise else upper + fore)
+    found = finder.rest.fitted(frame, Poses(at.R, at.t, np.array([[lean[0], lean[1] - lean[0]]])))
+    both = np.concatenate([found.q, other_bends(finder, frame, found).poses.q])
+    assert np.abs(both - at.q).max(axis=1).min() < 0.2
+
+
+def test_far_off_its_variance_counts_how_its_links_may_lean_together():
+    finder, frame, at = arm_seen(0.6, -1.2, z=3.0)
+    more = likelier_bends(finder, frame, at)[1][0]
+    assert more[0] > 0.1 * 1.2**2 and more[1] > 0.1 * 1.2**2
+
+
+@pytest.mark.parametrize("sides", [slice(0, 1), slice(1, 2), slice(None)])
+def test_what_reaches_out_of_a_solid_is_mirrored_whichever_of_its_sides_are_borne_out(sides):
+    finder, _, at = arm_seen(-0.7, 0.2)
+    surface = finder.surface
+    used = np.zeros((1, len(surface.markers)), bool)
+    used[0, np.flatnonzero(surface.component[surface.markers] == 2)[sides]] = True
+    bends = module._across(finder, at, used)
+    assert bends.joint.tolist() == [0, 1]  # what hangs on a link that is not seen tells of it
+    for joint, bent, middle in zip(bends.joint, bends.poses.q, ((0, 0, -0.08), (0, 0, -0.075)), strict=True):
+        was, now = (surface.kinematics.forward(at.R, at.t, q[None]) for q in (at.q[0], bent))
+        sight = was.R[0, joint + 1] @ middle + was.t[0, joint + 1]
+        sight /= np.linalg.norm(sight)
+        lean = [frames.R[0, joint + 1, :, 2] for frames in (was, now)]
+        assert lean[0] @ sight == pytest.approx(-lean[1] @ sight, abs=0.05) and abs(lean[0] @ sight) > 0.1
+        np.testing.assert_allclose(lean[0] - lean[0] @ sight * sight, lean[1] - lean[1] @ sight * sight, atol=0.05)
 
 
 @dataclass

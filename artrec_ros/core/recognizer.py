@@ -142,9 +142,10 @@ class Recognizer:
         return result, recall.left(result.size, camera)
 
     def _recognize(self, look: FirstLook, camera: Camera | None, recall: Recall | None) -> FrameResult:
-        self.get_ready(camera is not None)  # it is, but where calibration comes or goes; the clock starts after that
+        self.get_ready(camera is not None)  # it is, but where calibration comes or goes: no clock runs meanwhile
         watch = Stopwatch(look.ms)
         deadline = Deadline(self._config.time_budget_ms / 1e3 - look.took_s)
+        deadline.hit = look.cut_short
         labels, segmenter = look.field.labels, self._segmenter
         colours = look.image if segmenter.meaning is not LABELS else None
         frame = ImageFrame(look.field, camera, deadline, colours, self._scene_of(camera), segmenter.gamma)

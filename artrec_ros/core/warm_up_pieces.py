@@ -128,10 +128,8 @@ def _look() -> None:
     """For edges of colours."""
     finder, image = example().finder(), np.repeat(example().frame.field.codes[..., None], 3, axis=2)
     used = np.ones((1, len(finder.surface.markers)), bool)
-    seen, fit = (
-        (replace(example().frame, image=image), example().ahead(finder)),
-        ColourFit(finder.surface, finder.config),
-    )
+    seen = replace(example().frame, image=image), example().ahead(finder)
+    fit = ColourFit(finder.surface, finder.config)
     fit.edges(*seen, used)
     fit.fitted(*seen, used)
 

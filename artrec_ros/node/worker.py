@@ -6,8 +6,6 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
 from statistics import fmean, median
 from typing import Generic, TypeVar
 
@@ -40,22 +38,29 @@ class Pace:
         return fmean(self.work_s) < _KEEPS_UP * median(self.between_s) or not any(self.too_soon)
 
 
-@dataclass(eq=False)
 class _Waiting(Generic[Item]):
-    """An item, and what was begun of it while it waits."""
+    """An item that waits, and what is made of it meanwhile."""
 
-    item: Item
-    begun: Future[Item] | None = None
+    def __init__(self, item: Item) -> None:
+        self.item, self._is_taken, self._lock, self._ready = item, False, threading.Lock(), threading.Event()
 
-    def drop(self) -> None:
-        if self.begun is not None:
-            self.begun.cancel()
+    def begin(self) -> bool:
+        """Whether it is the caller's to be prepared, or worked on: the first one's who asks."""
+        with self._lock:
+            first, self._is_taken = not self._is_taken, True
+        return first
+
+    def prepare(self, prepare: Callable[[Item], Item]) -> None:
+        try:
+            self.item = prepare(self.item)
+        finally:
+            self._ready.set()
 
     def take(self) -> Item:
-        """The item as far as it is prepared; what goes wrong with that goes wrong again where it is worked on."""
-        if self.begun is None or self.begun.cancel() or self.begun.exception() is not None:
-            return self.item
-        return self.begun.result()
+        """The item, prepared if that was begun."""
+        if not self.begin():
+            self._ready.wait()
+        return self.item
 
 
 class LiveQueue(Generic[Item]):
@@ -74,8 +79,7 @@ class LiveQueue(Generic[Item]):
     ) -> None:
         """:param most_waiting: 1: the newest only. :param prepare: makes of an item one on which there is less work:
         called in another thread, of items that wait."""
-        self._work, self._most_waiting, self._prepare = work, most_waiting, prepare
-        self._ahead = ThreadPoolExecutor(1, f"{name} ahead") if prepare else None
+        self._work, self._most_waiting = work, most_waiting
         self._waiting: deque[_Waiting[Item]] = deque()
         self._pace, self._offered_s, self._stamp_ns = Pace(), -1.0, 0
         self._open, self._is_answered = True, True
@@ -85,6 +89,8 @@ class LiveQueue(Generic[Item]):
         # a daemon: a search that is under way must not hold up the end of the process
         self._thread = threading.Thread(target=self._run, name=name, daemon=True)
         self._thread.start()
+        if prepare is not None:
+            threading.Thread(target=self._look_ahead, args=(prepare,), name=f"{name} ahead", daemon=True).start()
 
     @property
     def dropped(self) -> int:
@@ -116,16 +122,10 @@ class LiveQueue(Generic[Item]):
             self._note(stamp_ns)
             room = self._most_waiting if self._pace.keeps_up else 1
             while len(self._waiting) >= room:
-                self._waiting.popleft().drop()
+                self._waiting.popleft()
                 self._dropped += 1
-            self._waiting.append(_Waiting(item, self._begin(item)))
-            self._change.notify()
-
-    def _begin(self, item: Item) -> Future[Item] | None:
-        """Prepare an item, if it has to wait."""
-        if self._ahead is None or self._prepare is None or self._begun_s is None:
-            return None
-        return self._ahead.submit(self._prepare, item)
+            self._waiting.append(_Waiting(item))
+            self._change.notify_all()
 
     def _note(self, stamp_ns: int) -> None:
         """When an item comes. Of another source nothing is known yet, and its first item waits for no answer."""
@@ -142,9 +142,7 @@ class LiveQueue(Generic[Item]):
         with self._change:
             self._open = False
             self._waiting.clear()
-            self._change.notify()
-        if self._ahead is not None:
-            self._ahead.shutdown(wait=False, cancel_futures=True)
+            self._change.notify_all()
 
     def close(self) -> None:
         """The same, and wait for the thread to end."""
@@ -154,10 +152,30 @@ class LiveQueue(Generic[Item]):
     def _run(self) -> None:
         while (waiting := self._take()) is not None:
             self._begun_s = begun_s = time.monotonic()
-            self._work(waiting.take())
+            item = waiting.take()
+            if not self._open:  # it may have ended while that was waited for
+                return
+            self._work(item)
             self._begun_s, self._is_answered = None, True
             with self._change:
                 self._pace.work_s.append(time.monotonic() - begun_s)
+
+    def _look_ahead(self, prepare: Callable[[Item], Item]) -> None:
+        """Prepare what waits while another item is worked on, the one whose turn is next."""
+        while (waiting := self._next_to_prepare()) is not None:
+            try:
+                waiting.prepare(prepare)
+            except Exception:  # it goes wrong again where it is worked on, and is told there
+                continue
+
+    def _next_to_prepare(self) -> _Waiting[Item] | None:
+        """None at the end."""
+        with self._change:
+            while self._open:
+                if self._begun_s is not None and (mine := next((w for w in self._waiting if w.begin()), None)):
+                    return mine
+                self._change.wait()
+        return None
 
     def _take(self) -> _Waiting[Item] | None:
         """The next item; None at the end."""

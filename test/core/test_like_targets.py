@@ -2,6 +2,8 @@
 of them where there was no time for that."""
 
 import dataclasses
+from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,6 +19,7 @@ from artrec_ros.core.image.segmentation import Segmenter
 from artrec_ros.core.like_target_looks import LikeTargetLooks
 from artrec_ros.core.model.target import Target
 from artrec_ros.core.recognizer import Recognizer
+from artrec_ros.core.verdict.other_objects import OtherObjects
 from artrec_ros.io.results.journal import Recognised, _packed, _unpacked
 
 BOTH = {"ahead": (pair(TEAM, OTHER), TEAM), "astern": (pair(OTHER, TEAM), OTHER)}
@@ -104,6 +107,28 @@ def test_a_memory_of_what_may_be_there_instead_comes_back_from_a_journal():
     again = _unpacked(_packed(Recognised(0, "f", memory=memory))).memory
     first, second = ({n: [*map(dataclasses.asdict, mine)] for n, mine in m.known.items()} for m in (memory, again))
     np.testing.assert_equal(first, second)
+
+
+def test_a_memory_of_names_that_change_while_time_is_over_does_not_grow(monkeypatch):
+    decided, frame = OtherObjects.decided, [0]
+
+    def decide(self, accepted, rivals, deadline):
+        return decided(self, accepted, rivals, SimpleNamespace(expired=True) if frame[0] > 1 else deadline)
+
+    def depth(known):
+        return 1 + max((depth(one.known) for one in known.instead.values() if one.known is not None), default=0)
+
+    monkeypatch.setattr(OtherObjects, "decided", decide)
+    size, rng, memory, told = (200, 160), np.random.default_rng(2), None, []
+    camera = camera_of(size)
+    engine = recognizer(BOTH, camera)
+    for frame[0] in range(30):
+        image = rendered(Pair(80 + frame[0] / 2, 80, 0.05 + frame[0] / 50, 600.0), size=size).copy()
+        image[rng.random(image.shape) < 0.01] = 0
+        result, memory = engine.follow(image, camera, frame[0] * 33_333_333, memory)
+        told += [d.object for d in result.detections]
+    assert sum(before != after for before, after in pairwise(told)) > 5
+    assert max(depth(known) for mine in memory.known.values() for known in mine) <= 2
 
 
 @pytest.mark.parametrize("turn", [-1.25, -1.0, -0.75])

@@ -27,6 +27,13 @@ def test_the_limit_that_ended_a_search_is_named():
     assert {*cut.ended_by, *late.ended_by} <= set(all_specs([], []))
 
 
+def test_that_time_ended_before_all_blobs_were_found_is_named():
+    large = np.zeros((4000, 4000), np.uint16)
+    large[:240, :320] = RED
+    late = recognizer(profile="paper", time_budget_ms=1).recognize(large)
+    assert late.ended_by == ("recognizer.time_budget_ms",)
+
+
 @pytest.mark.parametrize("profile", ["default", "paper"])
 def test_any_label_image_gives_a_result(profile):
     rng = np.random.default_rng(0)

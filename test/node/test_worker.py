@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -257,3 +259,35 @@ def test_what_is_dropped_is_not_prepared_any_more() -> None:
     assert wait_until(lambda: seen == [1, 5])
     assert prepared == [2, 5]
     worker.close()
+
+
+def test_once_ended_what_was_waited_for_is_not_worked_on() -> None:
+    begun, go_on = threading.Event(), threading.Event()
+
+    def prepare(item: int) -> int:
+        begun.set()
+        assert go_on.wait(WAIT_S)
+        return item
+
+    worker, seen, end = at_work(prepare=prepare)
+    worker.offer(2)
+    assert begun.wait(WAIT_S)
+    end.set()
+    assert wait_until(lambda: not worker._waiting)  # it waits for what is being prepared
+    worker.end()
+    go_on.set()
+    worker._thread.join(WAIT_S)
+    assert not worker._thread.is_alive() and seen == [1]
+
+
+def test_what_is_prepared_holds_up_nobody_who_ends() -> None:
+    program = """
+import time
+from artrec_ros.node.worker import LiveQueue
+worker = LiveQueue(lambda item: time.sleep(60), "test", prepare=lambda item: time.sleep(60))
+worker.offer(1)
+time.sleep(0.1)
+worker.offer(2)
+time.sleep(0.1)
+"""
+    subprocess.run([sys.executable, "-c", program], check=True, timeout=30)

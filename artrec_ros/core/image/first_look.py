@@ -23,14 +23,19 @@ from .labeller import Labeller
 class FirstLook:
     """One image.
 
-    :param image: as the segmenter read it. :param ms: milliseconds of each stage. :param took_s: all of it took.
+    :param image: as the segmenter read it. :param ms: milliseconds of each stage, and in all.
+    :param cut_short: whether the time budget was over before all classes were looked at.
     """
 
     image: NDArray
     field: LabelField
     blobs: tuple[Blob, ...]
     ms: Mapping[str, float]
-    took_s: float
+    cut_short: bool
+
+    @property
+    def took_s(self) -> float:
+        return self.ms["total"] / 1e3
 
 
 def first_look(
@@ -54,5 +59,4 @@ def first_look(
         blobs = find_blobs(labels, wanted, config, segmenter.blank, deadline)
         if blobs:
             _ = field.padded  # whoever looks at a blob closely asks for it
-    ms = watch.stop()
-    return FirstLook(image, field, blobs, ms, ms["total"] / 1e3)
+    return FirstLook(image, field, blobs, watch.stop(), deadline.hit)

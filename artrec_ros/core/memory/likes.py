@@ -147,7 +147,8 @@ class Likes:
             return _Place(told, k.instead)
         own = k.instead[name]
         others = {n: replace(one, log_odds=one.log_odds - own.log_odds) for n, one in k.instead.items() if n != name}
-        return _Place(told, others | {told: replace(own, known=k, log_odds=-own.log_odds)})
+        # what that one may have been instead is among the others: told and not told in turn it would hold all of before
+        return _Place(told, others | {told: replace(own, known=replace(k, instead={}), log_odds=-own.log_odds)})
 
     def _off(self, verdict: Verdict, known: Known) -> float:
         """How far from where it is expected, seen from the camera: how far away it is is known least."""

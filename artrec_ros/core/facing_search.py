@@ -34,7 +34,7 @@ from .pose.poses import Poses
 from .pose.ranked import Ranked, first_of_each
 
 _TURNS = 24  # all around: hypotheses of one place that differ by less than one are alike
-_ALIKE = 2  # rivals that are alike where a disc tells no direction: one and its fit to the contours
+_ALIKE = 2  # rivals that are alike: one and its fit to the contours
 _TURNED_AT_ONCE = 2048  # between two looks at the clock: few at a time take as long again
 _CELLS = 1 << 20  # more than any image has along a side
 
@@ -147,20 +147,22 @@ class FacingSearch:
         mine = self._in_view(frame, [b for b in blobs if b.label in self.finder.root_labels])
         if not mine and not limbs:
             return self.finder.ranked(frame, self.finder.surface.no_poses)
+        rivals = self._config.facing.rivals
+        few_of = partial(self._few_of_each_place, frame, rivals=rivals, alone=len(mine) <= rivals)
         found, blob, most, swollen = self._guesses(frame, mine, blobs, limits, sizes, limbs)
         kept = self._best_of_each(frame, found, blob, most)
         begun, swollen = found[kept], swollen[kept]
         found = self._sizes.each(swollen, lambda finder, rows: finder.moved(frame, begun[rows], self._climbs[0]))
-        kept = self._few_of_each_place(frame, found, self._config.facing.rivals)
+        kept = few_of(found)
         few, swollen = found[kept], np.sort(swollen)[kept]  # as `each` orders them
         found = self._sizes.each(swollen, lambda finder, rows: self._settled(finder, frame, few[rows]))
         if self._lone is not None:
             return found + self.finder.fit_all(frame, begun.poses)
-        found = found[self._few_of_each_place(frame, found, self._config.facing.rivals)]
+        found = found[few_of(found)]
         if self._directions.turned == 1 or len(mine) > self._config.facing.swollen_most:
             return found
         larger = self._sizes.larger(frame, found, self._climbs[1])
-        return found + larger[self._few_of_each_place(frame, larger, self._config.facing.rivals)]
+        return found + larger[few_of(larger)]
 
     def _told_apart(self, frame: ImageFrame, found: Ranked, lone: FacingLone) -> Ranked:
         """Those of lone markers that go on."""
@@ -254,10 +256,14 @@ class FacingSearch:
         return np.flatnonzero((votes > 0) & (votes >= self._config.facing.least_share * best[blob]))
 
     def _few_of_each_place(
-        self, frame: ImageFrame, found: Ranked, rivals: int, worth: Array | None = None
+        self, frame: ImageFrame, found: Ranked, rivals: int, worth: Array | None = None, *, alone: bool = False
     ) -> NDArray[np.int64]:
         """Indices of the best, and at each place where the required component is of a few rivals: all that a verdict
-        must look at. :param worth: (H,) by what they are the best; None: by their votes."""
+        must look at.
+
+        :param worth: (H,) by what they are the best; None: by their votes. :param alone: whether there are so few
+            places that there is time for what is turned otherwise in any case.
+        """
         worth = found.votes if worth is None else worth
         rows = np.flatnonzero(found.votes > self._config.verdict.min_votes)
         poses = found.poses[rows]
@@ -267,7 +273,7 @@ class FacingSearch:
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
         kept = np.empty(len(order), np.int64)
-        alike, near = rivals if self._directions.turned == 1 else _ALIKE, float(np.cos(2 * np.pi / _TURNS))
+        alike, near = _ALIKE if alone or self._directions.turned > 1 else rivals, float(np.cos(2 * np.pi / _TURNS))
         n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, near, kept)
         return np.asarray(order[kept[:n]])
 

@@ -87,7 +87,8 @@ class FacingStage:
         told = offers.told(found, shared, partial(self._again, faced))
         if recall is not None:
             for search, mine in zip(self._searches, told.go_on, strict=True):
-                recall.accept(search.finder, mine, faced.camera, told.rivals)
+                unsure = [told.may_be_another(v) for v in mine]
+                recall.accept(search.finder, mine, faced.camera, told.rivals, unsure)
         detections = [self._faced(detection, faced) for mine in told.detections for detection in mine]
         finders = [s.finder for s in self._searches]
         looked_at = [] if faced.deadline.hit else blobs

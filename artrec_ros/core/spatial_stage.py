@@ -69,7 +69,8 @@ class SpatialStage:
         told = offers.told(looks.candidates, shared, looks.again)
         for finder, mine in zip(self._finders, told.go_on, strict=True):
             if recall is not None:
-                recall.accept(finder, mine, frame.camera, told.rivals)
+                unsure = [told.may_be_another(v) for v in mine]
+                recall.accept(finder, mine, frame.camera, told.rivals, unsure)
                 recall.doubt(finder, verdicts_in_doubt(finder, self._judge, told), frame.camera)
         looked_at = [] if frame.deadline.hit or (recall and recall.waiting) else blobs
         return StageResult(

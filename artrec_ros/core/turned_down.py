@@ -36,19 +36,24 @@ def turned_down(
     :param told: what is told of the frame.
     :param blobs: that were looked at, as far as `finders` look for their class.
     """
-    rejected = [_rejection_of(v, frame, judge, NOT_FIRST) for v in told.surplus]
+    rejected = [_rejection_of(v, frame, judge, NOT_FIRST, told.shares.get(v)) for v in told.surplus]
     rejected += [_rejection_of(v, frame, judge) for v in told.shared.others]
     yield from rejected
     yield from _unexplained(frame, finders, blobs, [v.claim for v in told.shared.accepted], rejected)
 
 
 def _rejection_of(
-    verdict: Verdict, frame: ImageFrame, judge: Judge, otherwise: str = "its pixels belong to another"
+    verdict: Verdict,
+    frame: ImageFrame,
+    judge: Judge,
+    otherwise: str = "its pixels belong to another",
+    share: float | None = None,
 ) -> Rejection:
-    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself."""
+    """Why a claim became no object. :param otherwise: where nothing speaks against it by itself. :param share: how
+    probable it is beside others; None: as by itself."""
     x, y = project(frame.camera, verdict.claim.poses.t)[0]
     name, reason = verdict.claim.finder.target.name, judge.reason(verdict)
-    return Rejection(name, reason or otherwise, verdict.probability, float(x), float(y))
+    return Rejection(name, reason or otherwise, verdict.probability if share is None else share, float(x), float(y))
 
 
 def _unexplained(

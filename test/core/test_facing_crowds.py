@@ -57,7 +57,8 @@ def test_where_each_name_occurs_once_there_are_no_more_objects_than_names(camera
     assert len(result.detections) == 4
     assert {d.identity.name for d in result.detections} <= {"gr", "gv", "rg", "vr", None}
     reasons = [r for r in result.rejected if r.reason == NOT_FIRST]
-    assert len(reasons) == 1 and 0.4 < reasons[0].score <= 1
+    assert len(reasons) == 1 and 0 < reasons[0].score < 0.6  # beside who shows the same name
+    assert min(d.as_told for d in result.detections) < 1 - 0.5 * reasons[0].score
     assert not found_at(result, Placing(reasons[0].x, reasons[0].y, 0.0, 300.0))
 
 
@@ -86,7 +87,6 @@ def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels(
     (describer,), asked = stage.describers, []
 
     class Alone(tuple):
-        probability = property(lambda self: probability)
         claims = SimpleNamespace(votes=np.ones(2))
 
     class Asked:
@@ -96,9 +96,13 @@ def test_which_one_of_an_object_that_occurs_once_is_told_is_asked_of_all_pixels(
 
     for best in (0, 1):
         probability = np.where(np.arange(2) == best, 0.8, 0.2)
-        told, left = describer.without_surplus(accepted, faced, Asked())
+        both = [replace(v, alone=p) for v, p in zip(accepted, probability, strict=True)]
+        told, left, rivals = describer.without_surplus(both, faced, Asked())
         assert left == [("alone", 1 - best)]  # as they were compared
-        assert told == [accepted[0] if best == 0 else ("alone", 1)]  # what was judged by what the other left
+        assert told == [both[0] if best == 0 else ("alone", 1)]  # what was judged by what the other left
+        ((rival,),) = rivals.values()
+        assert [*rivals] == told and rival.verdict == left[0]
+        assert rival.log_odds == pytest.approx(np.log(0.2 / 0.8) - np.log(0.8 / 0.2))
     assert asked == [(2, True)] * 2 and len(places) == len(accepted)
 
 

@@ -90,6 +90,7 @@ class Likes:
 
     def left(self, verdict: Verdict, rivals: Sequence[Rival]) -> Mapping[str, Instead]:
         """For the next frame, of an object that is told. :param rivals: what it may be instead."""
+        rivals = [r for r in rivals if r.finder is not verdict.finder]
         if not rivals and not self._looked and not any(k.instead for _, k in self._known):
             return {}
         out, shown = dict(self._place(verdict).instead), sum(verdict.confirmed)

@@ -22,6 +22,7 @@ class Known:
     :param turn, shift, bend: (3,), (3,), (J,) how they changed, a second.
     :param votes: for it then. :param challenged_s: when others were looked for in its place, as if it were not known.
     :param instead: by their names what other targets' object it may be instead, as far as they were looked for.
+    :param unsure: whether another one of its target may be there instead: they are looked for in each frame.
     """
 
     R: Array
@@ -34,6 +35,7 @@ class Known:
     votes: float
     challenged_s: float
     instead: Mapping[str, Instead] = field(default_factory=dict)
+    unsure: bool = False
 
     def at(self, now_s: float) -> Poses:
         """Where it is expected: where it was, and, where it moved, where that leads."""

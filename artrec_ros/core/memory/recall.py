@@ -73,7 +73,7 @@ class Recall:
         """
         wait_s = {id(k): min(self.config.retry_s, self._refresh_s) for k in behind}
         age_s = {id(k): self.clock_s - k.challenged_s for k in known}
-        late = [k for k in known if age_s[id(k)] + self._passed_s > wait_s.get(id(k), self._refresh_s)]
+        late = [k for k in known if k.unsure or age_s[id(k)] + self._passed_s > wait_s.get(id(k), self._refresh_s)]
         old = [k for k in known if age_s[id(k)] > self._refresh_s / 2]
         if self.patience.is_late:
             return [k for k in late if age_s[id(k)] >= doubt_s and not self.patience.is_over]
@@ -89,9 +89,11 @@ class Recall:
         return known is not None and known not in self._challenged
 
     def keeps(self, finder: WholeObjectFinder, poses: Poses, votes: float) -> bool:
-        """Whether the known object that is expected next to where one is had about as many votes."""
+        """Whether the known object that is expected next to where one is was sure, and had about as many votes."""
         known = self._nearest(finder, poses, self.known(finder.target.name))
-        return known is not None and self.config.kept * max(votes, known.votes) <= min(votes, known.votes)
+        if known is None or known.unsure:
+            return False
+        return self.config.kept * max(votes, known.votes) <= min(votes, known.votes)
 
     def was_there(self, known: Known) -> bool:
         """Whether it was seen in the frame before, and not only earlier."""
@@ -115,14 +117,16 @@ class Recall:
         verdicts: Sequence[Verdict],
         camera: Camera,
         rivals: Mapping[Verdict, Sequence[Rival]],
+        unsure: Sequence[bool],
     ) -> None:
         """What is told of a target in this frame: one that was turned as is likelier is not to be followed as it was
         found. What is not seen is forgotten where something new is in its place.
 
-        :param rivals: of all objects of the frame what each may be instead.
+        :param rivals: of all objects of the frame what each may be instead. :param unsure: of each verdict whether
+            another one of the target may be there instead.
         """
         before, told, new = list(self.known(finder.target.name)), [], []
-        for verdict in sorted(verdicts, key=lambda v: -v.claim.votes):
+        for verdict, doubted in sorted(zip(verdicts, unsure, strict=True), key=lambda both: -both[0].claim.votes):
             seen = verdict.claim.poses, self.clock_s, verdict.claim.votes
             old = self._nearest(finder, verdict.claim.poses, before)
             if old is None:
@@ -132,7 +136,7 @@ class Recall:
                 before.remove(old)
                 challenged_s = self.clock_s if old in self._challenged else old.challenged_s
                 known = old.then(*seen, challenged_s, finder.surface.kinematics.endless, self.config.steadiness)
-            told.append(replace(known, instead=self._instead(verdict, rivals)))
+            told.append(replace(known, instead=self._instead(verdict, rivals), unsure=doubted))
         lost = [
             k
             for k in sorted(before, key=lambda k: -k.seen_s)

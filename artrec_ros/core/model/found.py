@@ -111,13 +111,13 @@ class OtherPlace:
 
     :param image: of its required component. :param probability: 0..1, that it is there; others may be as likely.
     :param told: what is told where it lies there; None where that is not known, or there are more such places.
-    :param ends: whether but its markers' ends are elsewhere: `Detection.as_told` counts it.
+    :param there: whether there is one in any case: `Detection.as_told` counts it.
     """
 
     image: ImagePose
     probability: float
     told: Detection | None = field(default=None, repr=False, compare=False)
-    ends: bool = field(default=False, repr=False, compare=False)
+    there: bool = field(default=False, repr=False, compare=False)
 
 
 @dataclass(frozen=True)
@@ -266,10 +266,8 @@ class Detection:
 
     @property
     def may_be_elsewhere(self) -> bool:
-        """Whether `there` is the less for what is seen may be other parts of it, laid elsewhere. Of a lone part, about
-        which it turns, `as_told` counts that."""
-        place = self.other_place
-        return place is not None and not place.ends and (len(self.components) > 1 or self.as_told == 1)
+        """Whether `there` is the less for what is seen may be other parts of it, laid elsewhere."""
+        return self.other_place is not None and not self.other_place.there
 
     @property
     def is_in_doubt(self) -> bool:

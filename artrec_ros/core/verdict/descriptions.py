@@ -25,6 +25,7 @@ from .judge import Judge
 from .left_over import LeftOvers, in_doubt_of
 from .missing import MissingParts
 from .other_blobs import OnOthers, OtherBlobs
+from .other_objects import Rival
 from .other_places import beside_laid_otherwise, beside_other_places
 from .otherwise import as_it_lies, bent_otherwise, on_other_blobs, otherwise
 from .readings import Readings
@@ -56,23 +57,27 @@ class Describer:
 
     def without_surplus(
         self, verdicts: Sequence[Verdict], frame: ImageFrame, judge: Judge
-    ) -> tuple[list[Verdict], list[Verdict]]:
+    ) -> tuple[list[Verdict], list[Verdict], dict[Verdict, list[Rival]]]:
         """Those of this target that are told, and those that no identity is left for, where each occurs once; without
-        identities there is one."""
+        identities there is one; and which of the latter may be there instead of each of the former."""
         mine = [v for v in verdicts if v.claim.finder is self.finder]
         if not self._identifier.may_be_surplus(len(mine)):
-            return mine, []
+            return mine, [], {}
         # by all pixels: what one leaves is easily like another, though both can't be there
         alone = judge.verdicts(self.finder, candidates(mine), frame.unhurried())
         # as they will be told: where a candidate is a little off, its components may lie on others' colours
         rest = at_rest(self.finder, mine, verdicts, frame)
         seen = self._shown.seen(rest, self._shown.parts(rest, frame, {}))
-        surplus = self._identifier.surplus(frame, rest.poses, seen, alone.probability, alone.claims.votes)
+        probable = np.array([v.alone for v in mine])  # be it with markers that look larger
+        surplus, odds = self._identifier.surplus(frame, rest.poses, seen, probable, alone.claims.votes)
         kept, none_left = (np.flatnonzero(which).tolist() for which in (~surplus, surplus))
-        left_out = [alone[i] for i in none_left]  # as they were compared
-        if len(kept) == 1 and kept != [0]:  # the first one's pixels are its own again
-            return [alone[kept[0]]], left_out
-        return [mine[i] for i in kept], left_out
+        left_out = {j: alone[j] for j in none_left}  # as they were compared
+        rivals = {
+            i: [Rival(self.finder, odds[i, j], v, rest.poses[j : j + 1]) for j, v in left_out.items()] for i in kept
+        }
+        # of one alone, be it not the first one, the first one's pixels are its own
+        told = {i: alone[i] if kept == [i] and i else mine[i] for i in kept}
+        return list(told.values()), list(left_out.values()), {told[i]: rivals[i] for i in kept}
 
     def describe(
         self,

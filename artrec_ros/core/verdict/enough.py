@@ -12,6 +12,7 @@ from ..model.objects import ObjectModel
 from ..pose.finder import WholeObjectFinder
 from .descriptions import Describer
 from .judge import NO_DIRECTION, Judge, too_low
+from .other_objects import Rival
 from .verdicts import Verdict
 
 _OTHER_PLACES = "what is seen of it looks like other parts of it, laid otherwise"
@@ -23,12 +24,14 @@ _NOT_LISTED = "the classes that its components show are those of none of its ide
 
 def without_surplus(
     describers: Sequence[Describer], accepted: Sequence[Verdict], frame: ImageFrame, judge: Judge
-) -> tuple[list[list[Verdict]], list[Verdict], Sequence[Verdict]]:
-    """Of each target the objects that are told; those that no identity is left for; and all objects but these: what is
-    none explains nothing that another one leaves."""
+) -> tuple[list[list[Verdict]], list[Verdict], Sequence[Verdict], dict[Verdict, list[Rival]]]:
+    """Of each target the objects that are told; those that no identity is left for; all objects but these: what is
+    none explains nothing that another one leaves; and which of the latter may be there instead of each of the former.
+    """
     shared = [describer.without_surplus(accepted, frame, judge) for describer in describers]
-    told, surplus = [mine for mine, _ in shared], [v for _, none_left in shared for v in none_left]
-    return told, surplus, [v for mine in told for v in mine] if surplus else accepted
+    told, surplus = [mine for mine, _, _ in shared], [v for _, none_left, _ in shared for v in none_left]
+    instead = {v: rivals for _, _, of in shared for v, rivals in of.items()}
+    return told, surplus, [v for mine in told for v in mine] if surplus else accepted, instead
 
 
 def enough_of(

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -80,8 +81,9 @@ class Identifier:
 
     def surplus(
         self, frame: ImageFrame, poses: Poses, told: Sequence[Collection[int]], probability: Array, votes: Array
-    ) -> NDArray[np.bool_]:
-        """(H,) which objects there is no identity left for, where each occurs once; without identities all but one.
+    ) -> tuple[NDArray[np.bool_], Array]:
+        """(H,) which objects there is no identity left for, where each occurs once, without identities all but one; and
+        (H, H) as of `surplus`.
 
         Of more objects than `may_be_surplus` allows.
 
@@ -163,8 +165,9 @@ def one_of_these(there: float, fit: IdentityFit | None) -> float:
     return float(expit(logit(np.clip(there, _LEAST, 1 - _LEAST)) + fit.listed))
 
 
-def surplus(evidence: Array, odds: Array, wrong: float) -> NDArray[np.bool_]:
-    """(H,) which of H objects, more than there are names, are none: those whose absence is likeliest, all in all.
+def surplus(evidence: Array, odds: Array, wrong: float) -> tuple[NDArray[np.bool_], Array]:
+    """(H,) which of H objects, more than there are names, are none: those whose absence is likeliest, all in all; and
+    (H, H) log odds that in place of one that is there another one is, which then is none.
 
     :param evidence: (H, N) of names that occur once each. :param odds: (H,) logarithms of those that each is there.
     :param wrong: probability that pixels tell another name than it is: what is there is not gone for that.
@@ -172,8 +175,14 @@ def surplus(evidence: Array, odds: Array, wrong: float) -> NDArray[np.bool_]:
     objects, names = evidence.shape
     share = np.exp(evidence - logsumexp(evidence, axis=1, keepdims=True))
     told = np.log((1 - wrong) * share + wrong / names)
-    absent = np.zeros((objects, objects - names))
-    return np.asarray(np.array(_together(np.hstack([odds[:, None] + told, absent]))) >= names)
+    worth = np.hstack([odds[:, None] + told, np.zeros((objects, objects - names))])
+    naming = _together(worth)
+    gone, instead = np.array(naming) >= names, np.full((objects, objects), -np.inf)
+    for here, other in product(np.flatnonzero(~gone).tolist(), np.flatnonzero(gone).tolist()):
+        exchanged = worth.copy()
+        exchanged[here, :names] = exchanged[other, names:] = _NOT_KNOWN
+        instead[here, other] = _value(exchanged, _together(exchanged)) - _value(worth, naming)
+    return gone, instead
 
 
 def _fit(

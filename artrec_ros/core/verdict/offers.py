@@ -12,6 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.special import logit
 
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
@@ -25,7 +26,7 @@ from .enough import enough_of, without_surplus
 from .judge import Judge
 from .leaning import Leaning
 from .like_targets import LikeTargets, Past
-from .other_objects import OtherObjects, Rival, beside_rivals
+from .other_objects import OtherObjects, Rival, beside_rivals, not_said, shares_of
 from .ownership import Shared
 from .verdicts import Verdict
 
@@ -42,7 +43,7 @@ class Told:
     :param surplus: verdicts on objects of which there are enough.
     :param fallen: verdicts on those that are not told by what is told of them.
     :param go_on: of each target those from which the next frame goes on: see `Described`.
-    :param rivals: of all that are objects what each may be instead.
+    :param rivals: of all that are objects what each may be instead. :param shares: of these how probable it is.
     """
 
     detections: Sequence[Sequence[Detection]]
@@ -54,6 +55,7 @@ class Told:
     fallen: Sequence[Verdict]
     go_on: Sequence[Sequence[Verdict]] = ()
     rivals: Mapping[Verdict, Sequence[Rival]] = field(default_factory=dict)
+    shares: Mapping[Verdict, float] = field(default_factory=dict)
 
     @property
     def worth(self) -> float:
@@ -76,6 +78,20 @@ class Told:
     def standing(self, finder: WholeObjectFinder) -> list[Verdict]:
         """Verdicts on one target's objects that are told."""
         return [v for mine in self.verdicts for v in mine if v.claim.finder is finder and v not in self.fallen]
+
+    def may_be_another(self, verdict: Verdict) -> bool:
+        """Whether one that is told may well be another one of its target."""
+        least = float(logit(verdict.finder.config.verdict.least_other_turn))
+        return any(r.finder is verdict.finder and r.log_odds > least for r in self._rivals_of(verdict))
+
+    def of_enough(self, verdict: Verdict) -> list[Rival]:
+        """Rivals of one of a target of which there are enough: these are no candidates any more."""
+        enough = any(v.finder is verdict.finder for v in self.surplus)
+        return self._rivals_of(verdict) if enough else []
+
+    def _rivals_of(self, verdict: Verdict) -> list[Rival]:
+        there = [v for v, rivals in self.rivals.items() if rivals and v.finder is verdict.finder]
+        return [r for v in there if _in_place_of([v], v.finder, verdict.poses).all() for r in self.rivals[v]]
 
     def keeps(self, other: Told) -> bool:
         """Whether all that the other one tells is told here, too: nothing sure is given up for several in doubt."""
@@ -128,17 +144,21 @@ class Offers:
             again = share(found)
             if again is None:
                 break
-            told = self._once(again)
+            told = self._once(again, before)
             surplus, others = [*before.surplus, *told.surplus], [*before.others, *told.others]
             told = replace(told, others=others, doubtful=[*before.doubtful, *told.doubtful], surplus=surplus)
+            told = replace(told, shares={**before.shares, **told.shares})
             best = told if told.worth > best.worth and told.keeps(best) else best
         return best
 
-    def _once(self, shared: Shared) -> Told:
+    def _once(self, shared: Shared, before: Told | None = None) -> Told:
         choice = OtherObjects(self.judge, self.like, self.past)
         accepted, rivals = choice.decided(shared.accepted, shared.rivals, self.frame.deadline)
         shared = shared._replace(accepted=accepted)
-        told, surplus, objects = without_surplus(self.describers, accepted, self.frame, self.judge)
+        told, surplus, objects, instead = without_surplus(self.describers, accepted, self.frame, self.judge)
+        for v in (v for mine in told for v in mine):
+            rivals[v] = [*rivals.get(v, ()), *instead.get(v, ()), *(before.of_enough(v) if before else ())]
+        shares = dict[Verdict, float]()
         detections, fallen = list[Sequence[Detection]](), list[Verdict]()
         others, doubtful = list[Detection](), list[Rejection]()
         each = [
@@ -149,13 +169,17 @@ class Offers:
         leaning = self._leaning(shared.accepted, described, surplus)
         for describer, mine, seen in zip(self.describers, told, described, strict=True):
             lie = [(leaning.rated(d, v), v) for d, v in zip(seen, _behind(mine, seen), strict=True)]
-            rated = [beside_rivals(d, rivals.get(v, ())) for d, v in lie]
+            for d, v in lie:
+                of = zip(rivals.get(v, ()), shares_of(d, rivals.get(v, ()))[1:], strict=True)
+                shares |= {r.verdict: share for r, share in of if r.verdict is not None}
+            rivals |= {v: not_said(d, v, rivals.get(v, ())) for d, v in lie}
+            rated = [beside_rivals(d, v, rivals[v]) for d, v in lie]
             sure, unsure, reasons = enough_of(rated, describer.finder, self.judge)
             detections.append(sure)
             others += unsure
             doubtful += reasons
             fallen += _behind(mine, unsure)
-        return Told(detections, others, doubtful, told, shared, surplus, fallen, go_on, rivals)
+        return Told(detections, others, doubtful, told, shared, surplus, fallen, go_on, rivals, shares)
 
     def _leaning(
         self, accepted: Sequence[Verdict], described: Sequence[Sequence[Detection]], surplus: Sequence[Verdict]

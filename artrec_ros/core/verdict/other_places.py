@@ -48,6 +48,14 @@ def beside_laid_otherwise(
     return _beside(finder, frame, Poses.concatenate([pose, laid.poses]), laid.shares(), detection)
 
 
+def beside_its_rivals(
+    finder: WholeObjectFinder, camera: Camera, poses: Poses, shares: Array, d: Detection
+) -> Detection:
+    """A detection that may be another object of its target. :param poses, shares: as of `_beside`; all shares need not
+    be 1 together."""
+    return _laid_beside(finder, _places(finder.surface, camera, poses), shares, d, there=True)[0]
+
+
 def _beside(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: Array, d: Detection) -> Detection:
     """A detection whose score counts how probable it is among its layouts, with the likeliest other one beside it; a
     component's score counts all those that leave it where it is. What faces the camera and is turned about a lone
@@ -55,30 +63,39 @@ def _beside(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: 
 
     :param poses: the one that is told, and the others. :param shares: probability of each.
     """
-    surface, places = finder.surface, _places(finder.surface, frame.camera, poses)
+    places, turns = _places(finder.surface, frame.camera, poses), finder.facing and len(d.components) == 1
+    out, best = _laid_beside(finder, places, shares, d, there=turns)
+    place = out.other_place
+    if turns and len(poses) == 2 and place is not None and place is not d.other_place:
+        there = _turned_there(finder, d, place.image, places[best], poses[best : best + 1], frame)
+        out = replace(out, other_place=replace(place, told=there))
+    return out
+
+
+def _laid_beside(
+    finder: WholeObjectFinder, places: Array, shares: Array, d: Detection, *, there: bool
+) -> tuple[Detection, int]:
+    """As `_beside`, and which of its places is the likeliest other one.
+
+    :param places: (H, M, 4) of all markers. :param there: whether there is one in any case.
+    """
+    surface = finder.surface
     off_px = np.linalg.norm(places[:, :, :2] - places[0, :, :2], axis=2)
     stays = shares @ (off_px < OFF * (np.sqrt(surface.area[surface.markers]) * places[0, :, 3]))
     parts = tuple(replace(c, score=c.score * float(stays[_row(surface, c)])) for c in d.components)
-    best, told, turns = 1 + int(np.argmax(shares[1:])), float(shares[0]), finder.facing and len(d.components) == 1
-    lies = _laid(finder, d, places[best])
-    place = OtherPlace(lies, float(shares[best]))
-    if turns and len(poses) == 2:
-        place = replace(place, told=_turned_there(finder, d, lies, places[best], poses[best : best + 1], frame))
+    best, told = 1 + int(np.argmax(shares[1:])), float(shares[0])
+    place = OtherPlace(_laid(finder, d, places[best]), float(shares[best]), there=there)
     likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
-    return replace(
-        d,
-        score=d.score * told,
-        as_told=d.as_told * (told if turns else 1.0),
-        components=parts,
-        other_place=place if likely else d.other_place,
-    )
+    as_told = d.as_told * (told if there else 1.0)
+    out = replace(d, score=d.score * told, as_told=as_told, components=parts)
+    return replace(out, other_place=place) if likely else out, best
 
 
 def _beside_ends(finder: WholeObjectFinder, frame: ImageFrame, poses: Poses, shares: Array, d: Detection) -> Detection:
     """As `_beside`. It is there, and so are its components, be they smaller or larger."""
     best, told = 1 + int(np.argmax(shares[1:])), float(shares[0])
     lies = _laid(finder, d, _places(finder.surface, frame.camera, poses)[best])
-    place = OtherPlace(lies, float(shares[best]), ends=True)
+    place = OtherPlace(lies, float(shares[best]), there=True)
     likely = place.probability > finder.config.verdict.least_other_turn * (place.probability + told)
     return replace(d, score=d.score * told, as_told=d.as_told * told, other_place=place if likely else d.other_place)
 
@@ -111,6 +128,25 @@ def _turned_there(
             for m, in_image in ((m, 0 <= m.x < width and 0 <= m.y < height) for m in missing)
         ),
     )
+
+
+def may_lie_as(finder: WholeObjectFinder, camera: Camera, pose: Poses, d: Detection) -> bool:
+    """Whether a detection of which components may lie on other blobs has all its components, or these blobs, where
+    another pose puts them; what they carry goes along."""
+    parent, names = finder.surface.kinematics.parent, [c.name for c in finder.target.model.components]
+    elsewhere = {names.index(m.component): (m.x, m.y) for m in d.missing if d.instance_of(m.component) is not None}
+    if not elsewhere:
+        return False
+    surface, (places,) = finder.surface, _places(finder.surface, camera, pose)
+    for part in d.components:
+        component, row = names.index(part.component), _row(surface, part)
+        above, at = parent[component], [(part.x, part.y), *([elsewhere[component]] if component in elsewhere else ())]
+        while above >= 0 and above not in elsewhere:
+            above = parent[above]
+        off_px = np.linalg.norm(np.array(at) - places[row, :2], axis=1).min()
+        if above < 0 and off_px > OFF * (np.sqrt(surface.area[surface.markers[row]]) * places[row, 3]):
+            return False
+    return True
 
 
 def _row(surface: SpatialModel, part: Instance) -> int:

@@ -31,8 +31,8 @@ class Shared(NamedTuple):
     """What becomes of candidates: verdicts on those of all targets that are objects, best first, and on the best of the
     others at each place.
 
-    :ivar rivals: of each of the former the best candidates of other targets in its place, which would be objects if
-        nobody owned any pixels.
+    :ivar rivals: of each of the former candidates in its place, the best of each other target and those of its own
+        that show something else, which would be objects if nobody owned any pixels.
     """
 
     accepted: list[Verdict]
@@ -166,6 +166,7 @@ class _Field:
             self.worth[rows[better]], self._swollen_px[rows[better]] = worth[better], by_px
             if not self._owners:
                 self._alone[rows] = np.maximum(self._alone[rows], verdicts.probability)
+                self._worth_alone[rows] = np.maximum(self._worth_alone[rows], worth)
             for i in better.tolist():
                 self._last[int(rows[i])] = verdicts, i
 
@@ -204,12 +205,23 @@ class _Field:
 
     def rivals(self) -> Mapping[Verdict, Sequence[Verdict]]:
         """See `Shared.rivals`."""
-        stood = np.flatnonzero((self._worth_alone > 0) & ~self._in_place).tolist()
-        if len({g.finder for g in self._groups}) < 2 or not stood:
+        lost = np.flatnonzero((self._worth_alone > 0) & ~self._in_place).tolist()
+        beside = {n for n in lost if self.worth[n] == 0 and any(self.verdict(n).confirmed)}
+        beside |= {n for n, v in self._taking.items() if v.owners and self._may_not_be_beside(n)}
+        stood = [*lost, *beside.difference(lost)]
+        if not beside and len({g.finder for g in self._groups}) < 2:
             return {}
         looks = ((n, self._first_look[n]) for n in stood)
         others = {n: look[0][look[1]] for n, look in looks if look is not None}
-        return rivals_of(self._taking, others, self._boxes, self._worth_alone)
+        return rivals_of(self._taking, others, beside, self._boxes, self._worth_alone)
+
+    def _may_not_be_beside(self, row: int) -> bool:
+        """Whether one that took pixels lacks by its owners what it would show without them, and is not told so, or
+        faces the camera: there nothing lies beneath another object."""
+        last, first = self.verdict(row), self._first_look[row]
+        if first is None or all(last.confirmed[c] for c in np.flatnonzero(first[0].confirmed[first[1]]).tolist()):
+            return False
+        return last.finder.facing or not self._judge.tells(last)
 
     def taken(self, rows: NDArray[np.int64]) -> NDArray[np.int64]:
         """Have some stand no longer, nor what would stand in their very places. Who meets one of them."""

@@ -87,13 +87,15 @@ class Sharing:
 
     def without_surplus(self, accepted, frame, judge):
         mine = [v for v in accepted if v in self.mine]
-        return [v for v in mine if v not in self.too_many], [v for v in mine if v in self.too_many]
+        rivals = {v: [f"instead of {v}"] for v in mine if v not in self.too_many}
+        return list(rivals), [v for v in mine if v in self.too_many], rivals
 
 
 def test_who_is_not_told_explains_nothing_that_others_leave():
     """Else a second leg, that occurs once and so is none, is why the first one's foot is not missed."""
     legs, arms = Sharing(("leg", "second leg"), ("second leg",)), Sharing(("arm",))
     accepted = ["leg", "second leg", "arm"]
-    told, surplus, objects = without_surplus([legs, arms], accepted, None, Judge.of(DEFAULTS))
+    told, surplus, objects, rivals = without_surplus([legs, arms], accepted, None, Judge.of(DEFAULTS))
     assert (told, surplus, objects) == ([["leg"], ["arm"]], ["second leg"], ["leg", "arm"])
+    assert rivals == {"leg": ["instead of leg"], "arm": ["instead of arm"]}
     assert without_surplus([arms], accepted, None, Judge.of(DEFAULTS))[2] is accepted

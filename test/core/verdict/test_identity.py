@@ -99,7 +99,23 @@ def test_beyond_all_names_the_one_that_tells_least_has_none():
     ],
 )
 def test_of_more_objects_than_names_those_go_that_are_least_likely_there(evidence, odds, none):
-    assert np.flatnonzero(surplus(np.array(evidence, float), np.array(odds, float), 0.2)).tolist() == [none]
+    gone, instead = surplus(np.array(evidence, float), np.array(odds, float), 0.2)
+    assert np.flatnonzero(gone).tolist() == [none]
+    assert (
+        (instead[~gone, none] < 0).all() and (instead[gone] == -np.inf).all() and (instead[:, ~gone] == -np.inf).all()
+    )
+
+
+def test_of_what_occurs_once_odds_tell_how_probable_another_one_is():
+    gone, instead = surplus(np.zeros((3, 1)), np.array([2.0, 3.0, -1.0]), 0.2)
+    assert gone.tolist() == [True, False, True]
+    assert instead[1].tolist() == pytest.approx([-1.0, -np.inf, -4.0])
+
+
+def test_who_shows_a_name_excludes_who_shows_the_same_more_than_others():
+    gone, instead = surplus(np.array([[0.0, -20.0], [-20.0, 0.0], [-20.0, 0.0]]), np.array([3.0, 3.0, 2.5]), 0.01)
+    assert gone.tolist() == [False, False, True]
+    assert instead[1, 2] == pytest.approx(-0.5) and instead[0, 2] < -4
 
 
 @pytest.mark.parametrize(("listed", "told"), [(SURE, 0.9), (0.0, 0.9), (-np.log(9), 0.5), (-30.0, 0.0)])

@@ -103,7 +103,7 @@ def test_who_shows_no_component_that_tells_identities_has_no_name_and_takes_none
     assert bare.name is None and bare.probability == 0.0
     assert whole.name == "gr" and whole.probability > 0.95
     five = poses_of(frame, *[ONE] * 5)
-    surplus = identifier.surplus(frame, five, [{0}, *[{0, 1, 2}] * 4], np.full(5, 0.9), np.ones(5))
+    surplus, _ = identifier.surplus(frame, five, [{0}, *[{0, 1, 2}] * 4], np.full(5, 0.9), np.ones(5))
     assert surplus.sum() == 1
 
 
@@ -112,9 +112,9 @@ def test_of_like_rivals_the_one_that_explains_more_is_there():
     lone = replace(robot(alternatives=False), unique=True)
     frame, identifier = frame_of(ONE), identifier_of(lone)
     two = poses_of(frame, ONE, ONE)
-    surplus = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.985, 0.98]), np.array([4e3, 8e4]))
-    assert surplus.tolist() == [True, False]
-    surplus = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.95, 0.6]), np.array([1e3, 1.3e4]))
+    surplus, odds = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.985, 0.98]), np.array([4e3, 8e4]))
+    assert surplus.tolist() == [True, False] and -3 < odds[1, 0] < 0
+    surplus, _ = identifier.surplus(frame, two, [{0, 1, 2}] * 2, np.array([0.95, 0.6]), np.array([1e3, 1.3e4]))
     assert surplus.tolist() == [False, True]  # large things are in doubt, too
 
 

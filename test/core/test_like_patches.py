@@ -144,3 +144,23 @@ def test_in_a_film_the_other_one_is_looked_for_in_each_image():
         result, memory = recognizing.follow(image, None, k * 33_000_000, memory)
         scores += [d.score for d in result.detections]
     assert len(scores) == 6 and max(scores) < 0.7
+
+
+def test_another_one_of_its_target_and_another_targets_are_counted_together():
+    like = Target("pear", replace(PAIR, name="pear"), TEAM)
+    both = Recognizer([Target("pair", PAIR, TEAM), like], settings(), Segmenter(ImageConfig()), calibrated=False)
+    result, memory = both.follow(rendered(noses(0.3, [around(0.0), around(1.7)])), None, 0, None)
+    (one,) = result.detections
+    assert one.other_object.probability > 0.2 < one.other_place.probability
+    assert one.score + one.other_object.probability + one.other_place.probability == pytest.approx(1.0, abs=0.05)
+    ((known,),) = (mine for mine in memory.known.values() if mine)
+    assert known.unsure and len(known.instead) == 1
+
+
+def test_of_what_occurs_once_and_may_be_another_targets_each_is_counted_once():
+    """Though pixels are shared out twice: first with the one that is told elsewhere, and without."""
+    like = Target("pear", replace(PAIR, name="pear"), TEAM)
+    both = Recognizer([Target("pair", ONCE, TEAM), like], settings(), Segmenter(ImageConfig()), calibrated=False)
+    result = both.recognize(rendered(Pair(40.0, 40.0, 0.3, 600.0), Pair(110.0, 85.0, 1.9, 600.0)))
+    one = next(d for d in result.detections if d.object == "pair")
+    assert one.score + one.other_object.probability + one.other_place.probability == pytest.approx(1.0, abs=0.05)

@@ -82,16 +82,19 @@ class Told:
     def may_be_another(self, verdict: Verdict) -> bool:
         """Whether one that is told may well be another one of its target."""
         least = float(logit(verdict.finder.config.verdict.least_other_turn))
-        return any(r.finder is verdict.finder and r.log_odds > least for r in self._rivals_of(verdict))
+        return any(r.log_odds > least for r in self._of_its_target(verdict))
 
     def of_enough(self, verdict: Verdict) -> list[Rival]:
-        """Rivals of one of a target of which there are enough: these are no candidates any more."""
+        """Rivals of its target of one of which there are enough: these are no candidates any more."""
         enough = any(v.finder is verdict.finder for v in self.surplus)
-        return self._rivals_of(verdict) if enough else []
+        return self._of_its_target(verdict) if enough else []
 
-    def _rivals_of(self, verdict: Verdict) -> list[Rival]:
-        there = [v for v, rivals in self.rivals.items() if rivals and v.finder is verdict.finder]
-        return [r for v in there if _in_place_of([v], v.finder, verdict.poses).all() for r in self.rivals[v]]
+    def _of_its_target(self, verdict: Verdict) -> list[Rival]:
+        """Those that may be there instead of an object of a target, of this target."""
+        finder = verdict.finder
+        there = [v for v, rivals in self.rivals.items() if rivals and v.finder is finder]
+        there = [v for v in there if _in_place_of([v], finder, verdict.poses).all()]
+        return [r for v in there for r in self.rivals[v] if r.finder is finder]
 
     def keeps(self, other: Told) -> bool:
         """Whether all that the other one tells is told here, too: nothing sure is given up for several in doubt."""

@@ -12,7 +12,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logit
 
 from ..geometry.transforms import Array
 from ..image.blobs import Blob
@@ -81,8 +80,8 @@ class Told:
 
     def may_be_another(self, verdict: Verdict) -> bool:
         """Whether one that is told may well be another one of its target."""
-        least = float(logit(verdict.finder.config.verdict.least_other_turn))
-        return any(r.log_odds > least for r in self._of_its_target(verdict))
+        least = verdict.finder.config.verdict.least_other_turn
+        return any(r.log_odds > np.log(least / (1 - least)) for r in self._of_its_target(verdict))
 
     def of_enough(self, verdict: Verdict) -> list[Rival]:
         """Rivals of its target of one of which there are enough: these are no candidates any more."""

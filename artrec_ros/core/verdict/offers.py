@@ -7,6 +7,7 @@ it leaves. So pixels are shared out again without it, as long as more comes of t
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -81,7 +82,8 @@ class Told:
     def may_be_another(self, verdict: Verdict) -> bool:
         """Whether one that is told may well be another one of its target."""
         least = verdict.finder.config.verdict.least_other_turn
-        return any(r.log_odds > np.log(least / (1 - least)) for r in self._of_its_target(verdict))
+        odds = (math.exp(min(rival.log_odds, 1.0)) for rival in self._of_its_target(verdict))  # at most a half is asked
+        return any(one * (1 - least) > least for one in odds)
 
     def of_enough(self, verdict: Verdict) -> list[Rival]:
         """Rivals of its target of one of which there are enough: these are no candidates any more."""

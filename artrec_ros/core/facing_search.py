@@ -272,10 +272,13 @@ class FacingSearch:
         anchors = self.finder.required.anchors(poses)
         at = anchors[:, :2] / anchors[:, 2:] * frame.camera.focal_px
         reach = self.finder.surface.extent / 2 * frame.camera.focal_px / anchors[:, 2]  # half of one covers the other
-        kept = np.empty(len(order), np.int64)
-        alike, near = _ALIKE if alone or self._directions.turned > 1 else rivals, float(np.cos(2 * np.pi / _TURNS))
-        n = few_of_places(np.ascontiguousarray(at), self._turns(poses), reach, rivals, alike, near, kept)
-        return np.asarray(order[kept[:n]])
+        at, turns, near = np.ascontiguousarray(at), self._turns(poses), float(np.cos(2 * np.pi / _TURNS))
+        found_each = list[NDArray[np.int64]]()
+        for alike in {_ALIKE if self._directions.turned > 1 else rivals, *([_ALIKE] if alone else [])}:
+            kept = np.empty(len(order), np.int64)
+            n = few_of_places(at, turns, reach, rivals, alike, near, kept)
+            found_each.append(kept[:n])
+        return np.asarray(order[np.unique(np.concatenate(found_each))])
 
     def _turns(self, poses: Poses) -> Array:
         """(H,) directions in the image, radians."""

@@ -102,7 +102,9 @@ class OtherObjects:
                 left[verdict] = []
                 continue
             own = [r.verdict for r in near[1:] if r.verdict is not None and r.finder is verdict.finder]
-            chosen = side_by_side(own, verdict.finder, self.judge) or [first]
+            several = side_by_side(own, verdict.finder, self.judge)
+            shown = sum(sum(v.confirmed) for v in several)  # fewer parts than one shows are parts of it
+            chosen = several if shown > sum(verdict.confirmed) else [first]
             told = _exchanged(told, verdict, chosen, near)
             left |= {v: [r for r in near if r.verdict is not first] if len(chosen) == 1 else [] for v in chosen}
         return told, {v: left[v] for v in told}

@@ -49,16 +49,23 @@ def test_every_item_is_worked_where_there_is_time() -> None:
     worker.close()
 
 
-def at_work(prepare: Callable[[int], int] | None = None) -> tuple[LiveQueue[int], list[int], threading.Event]:
-    """A queue whose first item, 1, is worked on until the event is set; and what it has worked on."""
+def held() -> tuple[Callable[[int], int], list[int], threading.Event, threading.Event]:
+    """A function that returns its item once the last event is set; what it was called with; and set once it was."""
     begun, go_on = threading.Event(), threading.Event()
     seen: list[int] = []
 
-    def work(item: int) -> None:
+    def call(item: int) -> int:
         seen.append(item)
         begun.set()
         assert go_on.wait(WAIT_S)
+        return item
 
+    return call, seen, begun, go_on
+
+
+def at_work(prepare: Callable[[int], int] | None = None) -> tuple[LiveQueue[int], list[int], threading.Event]:
+    """A queue whose first item, 1, is worked on until the event is set; and what it has worked on."""
+    work, seen, begun, go_on = held()
     worker = LiveQueue(work, "test", prepare=prepare)
     worker.offer(1)
     assert begun.wait(WAIT_S)
@@ -109,12 +116,7 @@ def test_it_tells_whether_a_newer_item_waits() -> None:
 
 
 def test_it_tells_how_long_it_works_on_one_item() -> None:
-    begun, go_on = threading.Event(), threading.Event()
-
-    def work(item: int) -> None:
-        begun.set()
-        assert go_on.wait(WAIT_S)
-
+    work, _, begun, go_on = held()
     worker = LiveQueue(work, "test")
     assert worker.busy_s == 0
     worker.offer(1)
@@ -239,15 +241,7 @@ def test_what_cannot_be_prepared_is_worked_on_as_it_is() -> None:
 
 
 def test_what_is_dropped_is_not_prepared_any_more() -> None:
-    begun, go_on = threading.Event(), threading.Event()
-    prepared: list[int] = []
-
-    def prepare(item: int) -> int:
-        prepared.append(item)
-        begun.set()
-        assert go_on.wait(WAIT_S)
-        return item
-
+    prepare, prepared, begun, go_on = held()
     worker, seen, end = at_work(prepare=prepare)
     worker.offer(2)
     assert begun.wait(WAIT_S)
@@ -262,13 +256,7 @@ def test_what_is_dropped_is_not_prepared_any_more() -> None:
 
 
 def test_once_ended_what_was_waited_for_is_not_worked_on() -> None:
-    begun, go_on = threading.Event(), threading.Event()
-
-    def prepare(item: int) -> int:
-        begun.set()
-        assert go_on.wait(WAIT_S)
-        return item
-
+    prepare, _, begun, go_on = held()
     worker, seen, end = at_work(prepare=prepare)
     worker.offer(2)
     assert begun.wait(WAIT_S)
